@@ -19,7 +19,7 @@ const MAX_OF_A_KIND: usize = 1000;
 /// The number of other subjects that a line names.
 const NAMED: usize = 3;
 
-/// What a warning is about. Its name is a part of the interface: see docs/interface.md.
+/// The subject of a warning. Its name is a part of the interface: see docs/interface.md.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub struct WarningKind(&'static str);
 
@@ -99,7 +99,7 @@ impl Serialize for WarningKind {
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct Warning {
     pub kind: WarningKind,
-    /// What tells warnings of one kind apart that do not belong into one line, such as the name of a feature; may be empty.
+    /// The text that tells warnings of one kind apart that do not belong into one line, such as the name of a feature; may be empty.
     #[serde(skip)]
     pub topic: String,
     /// The file, the object or the frame.

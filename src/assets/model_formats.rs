@@ -81,7 +81,7 @@ const FOREIGN: &[(&[&str], &str)] = &[
     (&["json", "yaml", "yml"], "scene files are TOML: see docs/scene"),
 ];
 
-/// What to do with a file of another program's format, by its ending.
+/// Returns what to do with a file of another program's format, by its ending.
 pub fn advice(path: &Path) -> Option<&'static str> {
     let extension = ending(path)?;
     let known = FOREIGN

@@ -86,9 +86,9 @@ fn broken(cause: String) -> BareMeshProblem {
 /// The convention by which the two bytes after a facet are a colour.
 #[derive(Clone, Copy)]
 enum Coloring {
-    /// Of VisCAM and SolidView: with the highest bit set, 5 bits each of red, green and blue.
+    /// The convention of VisCAM and SolidView: with the highest bit set, 5 bits each of red, green and blue.
     Facets,
-    /// Of Materialise Magics: with the highest bit set the colour of the header, else 5 bits each of blue, green and red.
+    /// The convention of Materialise Magics: with the highest bit set the colour of the header, else 5 bits each of blue, green and red.
     Magics([u8; 4]),
 }
 

@@ -1,4 +1,4 @@
-//! What a job tells while it runs.
+//! The events of a job while it runs.
 
 use std::{path::Path, time::Duration};
 

@@ -75,11 +75,11 @@ pub struct Plan {
     pub picture: PicturePlan,
     pub files: FilePlan,
     pub policy: Policy,
-    /// Where the job's warnings go.
+    /// The sink of the job's warnings.
     pub warnings: Warnings,
 }
 
-/// How the files of a job are written, and those beside its pictures.
+/// The files of a job, their encoding, and the files beside its pictures.
 #[derive(Clone, Debug)]
 pub struct FilePlan {
     pub encoding: Encoding,

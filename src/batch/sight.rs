@@ -1,4 +1,4 @@
-//! What is wrong with a picture that shows next to nothing.
+//! Warnings of pictures that show next to nothing.
 
 use super::Plan;
 use crate::{

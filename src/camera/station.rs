@@ -7,7 +7,7 @@ use serde::Serialize;
 use super::{Pose, ViewMatrices, facts, lerp, unit_ray};
 use crate::math::Ray;
 
-/// Where a camera stands and how it is turned.
+/// The position and the orientation of a camera.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub(super) struct Station {
     eye: DVec3,

@@ -22,7 +22,7 @@ pub enum EventFormat {
 pub struct Events<'a> {
     format: EventFormat,
     plan: &'a Plan,
-    /// How much is done of each frame, in halves: it is rendered, and it has come to its end.
+    /// The finished part of each frame, in halves: it is rendered, and it has come to its end.
     halves: Mutex<BTreeMap<i32, u32>>,
 }
 

@@ -61,7 +61,7 @@ impl fmt::Display for FramesFailed {
 
 impl std::error::Error for FramesFailed {}
 
-/// What to type after this frame has failed: the command that renders it alone.
+/// The command to type after this frame has failed: the command that renders it alone.
 pub fn advice(frame: i32) -> Result<String, Error> {
     Ok(advice_for(Replay::of_process()?, frame))
 }

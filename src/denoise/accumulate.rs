@@ -92,7 +92,7 @@ fn weights_of(own: &Frame, other: &Signal, half: usize, (found, is_still): (&[f3
     smooth
 }
 
-/// How far pixels are found, without those around which the light differs by more than chance explains: in its mean, where it
+/// The parts to which pixels are found, without those around which the light differs by more than chance explains: in its mean, where it
 /// has changed by less than the noise of a pixel, or pixel by pixel, where the other frame blurs what this one shows.
 fn without_shifts(own: &Frame, other: &Signal, found: Vec<f32>) -> Vec<f32> {
     const RADIUS: usize = 6;

@@ -70,7 +70,7 @@ pub struct Frame {
     /// The light of outliers that was cut from the signal.
     pub cut: Color,
     pub guides: Guides,
-    /// What the scene was made of, where the file tells it: frames of one scene show the same things under the same light.
+    /// The hash of the scene's inputs, where the file tells it: frames of one scene show the same things under the same light.
     pub scene: Option<String>,
     /// The part of each pixel's light that mirrors and glass send, where files tell it.
     pub specular: Option<Vec<f32>>,
@@ -115,7 +115,7 @@ impl Frame {
         };
     }
 
-    /// How many pixels had outliers that were cut, and the part of all light that they held.
+    /// The number of pixels with outliers that were cut, and the part of all light that they held.
     pub fn cut_light(&self) -> (usize, f64) {
         let is_cut = |i: &usize| self.cut.iter().any(|plane| plane[*i] > 0.0);
         let (mut lost, mut left) = (0.0, 0.0);
@@ -136,7 +136,7 @@ impl Frame {
     }
 }
 
-/// What light is divided by: the alpha times the albedo, of the pixel itself or the mean around it.
+/// The divisor of light: the alpha times the albedo, of the pixel itself or the mean around it.
 ///
 /// The pixel's own albedo carries textures; but where it is noisy, as at the edges of lamps, it would put its noise into the
 /// light. The one that leaves the light smoother divides; where both do alike, the own one if its noise is low.
@@ -174,7 +174,7 @@ fn smoother(first: f32, second: f32) -> f32 {
     ((second - FROM * first) / ((TO - FROM) * first).max(f32::MIN_POSITIVE)).clamp(0.0, 1.0)
 }
 
-/// How much light over albedo varies around each pixel: its variance over its squared mean, summed over the channels.
+/// The variation of light over albedo around each pixel: its variance over its squared mean, summed over the channels.
 fn roughness(albedo: &Color, alpha: &[f32], halves: &[Color; 2], size: [usize; 2]) -> Vec<f32> {
     const RADIUS: usize = 2;
     let covered = blur::mean(alpha, size, RADIUS);

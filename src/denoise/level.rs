@@ -1,4 +1,4 @@
-//! How bright pixels may be taken to be, whatever their own noise says.
+//! The brightness that pixels may be taken to have, whatever their own noise says.
 //!
 //! Spots of light, such as mirrored lamps and suns, are many times as bright as what is around them, and no feature of the first
 //! surface tells where they end. Neither their light nor their noise is lent across such a step.
@@ -10,13 +10,13 @@ use super::signal::Color;
 /// Pixels on each side of a pixel that say how bright it may be taken to be.
 const RADIUS: usize = 2;
 
-/// How many times as bright as a pixel another one may be to lend it all its light.
+/// The largest ratio of another pixel's brightness to the own at which it lends all its light.
 const LENDS_LIGHT: f32 = 2.0;
 
-/// How many times as bright as another a pixel may be to take in all its darkness.
+/// The largest ratio of the own brightness to another pixel's at which all its darkness is taken in.
 const TAKES_DARKNESS: f32 = 16.0;
 
-/// How many times as bright as a pixel another one may be to lend it all its noise.
+/// The largest ratio of another pixel's brightness to the own at which it lends all its noise.
 const LENDS_NOISE: f32 = 4.0;
 
 /// The brightness of each pixel: the sum of the channels of the brighter half, or the median of those around if that is more.

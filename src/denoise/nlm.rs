@@ -106,7 +106,7 @@ struct Input {
     slope: [Padded; 2],
     /// The alpha in the picture, 0 in the margin.
     covered: Padded,
-    /// How bright each pixel may be taken to be.
+    /// The brightness of each pixel, see [`levels`].
     level: Padded,
 }
 

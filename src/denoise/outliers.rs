@@ -13,7 +13,7 @@ use super::signal::{Color, black};
 /// Pixels on each side of a pixel that say how bright it may be.
 const RADIUS: usize = 2;
 
-/// How many times as bright as the brightest of the darker halves around it, and as the third brightest half, a pixel may be.
+/// The largest ratio of a pixel's brightness to the brightest of the darker halves around it, and to the third brightest half.
 const OVER_DARKER: f32 = 2.0;
 const OVER_THIRD: f32 = 2.0;
 
@@ -48,7 +48,7 @@ pub(super) fn cut(halves: &mut [Color; 2], light: &mut [Color], size: [usize; 2]
     lost
 }
 
-/// How bright a half of this pixel may be.
+/// The largest brightness that a half of this pixel may have.
 fn most(bright: &[Vec<f32>; 2], [width, height]: [usize; 2], i: usize) -> f32 {
     let (x, y) = (i % width, i / width);
     let around = |at: usize, size: usize| at.saturating_sub(RADIUS)..=(at + RADIUS).min(size - 1);

@@ -81,7 +81,7 @@ pub(super) fn reproject(own: &Frame, other: &Frame) -> Option<Reprojected> {
     })
 }
 
-/// How much a pixel of another frame counts by the alphas of both.
+/// The weight of a pixel of another frame by the alphas of both.
 fn covered(own: f32, other: f32) -> f32 {
     if own > 0.0 { (other / own).min(1.0) } else { 0.0 }
 }

@@ -16,7 +16,7 @@ use crate::{
 
 /// A sort of table of which one key names a kind.
 pub(super) struct KindTable {
-    /// What there are kinds of, such as "light".
+    /// The noun of the kinds, such as "light".
     pub what: &'static str,
     /// The names of the kinds.
     kinds: &'static [&'static str],

@@ -76,7 +76,7 @@ impl Overrides {
         Some(&self.at(span)?.origin)
     }
 
-    /// What the unknown name `word` at this span is the name of, if an override has it.
+    /// The key whose override has the unknown name `word` at this span, if any.
     pub(super) fn named(&self, span: &Span, word: &str) -> Option<&str> {
         let path = &self.at(span)?.path;
         let is_kind = |at: usize| kind_table(&path[..at]).is_some();
@@ -191,7 +191,7 @@ fn put<'i>(table: &mut DeTable<'i>, path: &'i [String], value: Spanned<DeValue<'
     result
 }
 
-/// What `new` makes of the value of `key`: a number of `samples` is the most of them where they are adaptive, and a kind that
+/// Returns the value of `key` after `new` is applied: a number of `samples` is the most of them where they are adaptive, and a kind that
 /// is named keeps its settings if it is the same.
 fn merged<'i>(key: &str, mut old: Spanned<DeValue<'i>>, new: Spanned<DeValue<'i>>) -> Spanned<DeValue<'i>> {
     let DeValue::Table(table) = old.get_mut() else {

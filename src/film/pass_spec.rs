@@ -31,7 +31,7 @@ pub enum PixelType {
     Uint,
 }
 
-/// How a pixel's value is computed from its samples.
+/// The rule by which a pixel's value is computed from its samples.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Combine {
     /// The mean, weighted by the pixel filter.

@@ -189,7 +189,7 @@ pub struct Emission {
     pub reach: EmissionReach,
 }
 
-/// What an emission lights.
+/// The extent of what an emission lights.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum EmissionReach {
     /// Everything, as a lamp does.

@@ -116,7 +116,7 @@ pub trait Format: Debug + Sync {
     /// The name of the format; also the extension of its files.
     fn name(&self) -> &'static str;
 
-    /// What the files hold.
+    /// The contents of the files.
     fn contents(&self) -> Contents;
 
     /// Writes `image` to `out`. The same image and encoding give the same bytes.

@@ -16,7 +16,7 @@ use crate::{geometry::PrimId, math::hash};
 /// The limit of node names of all instances together; instances beyond it get the names of their objects.
 const MAX_INSTANCE_NODES: usize = 1 << 20;
 
-/// What a matte stands for.
+/// The kind of thing that a matte stands for.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum MatteKind {
     /// An object, or a node of its model file.

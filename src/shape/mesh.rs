@@ -95,7 +95,7 @@ pub struct MeshDesc {
 }
 
 impl MeshDesc {
-    /// Where a mesh is, its file says.
+    /// Returns `None`: the file tells where a mesh is.
     pub fn anchor(&self) -> Option<DVec3> {
         None
     }
@@ -114,7 +114,7 @@ named! {
     /// The unit of the lights of a glTF file.
     #[derive(Default, Hash, PartialOrd, Ord)]
     pub enum LightUnits: "unit of lights" {
-        /// That of the program that wrote the file.
+        /// The unit of the program that wrote the file.
         #[default]
         Auto = "auto",
         /// Candela and lux, at 683 lm/W.

@@ -1,4 +1,4 @@
-//! What a cylinder and a cone have in common: a wall around an axis, open or with caps.
+//! The common part of cylinders and cones: a wall around an axis, open or with caps.
 
 use std::f64::consts::PI;
 

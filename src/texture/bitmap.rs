@@ -41,7 +41,7 @@ pub struct Bitmap {
     pub storage: Storage,
     /// Whether alpha is the opacity of the colours: what is not there has no colour, and does not mix with what is.
     pub weighs_by_alpha: bool,
-    /// Of colours in it.
+    /// The primaries of colours in it.
     pub primaries: Primaries,
     /// Texels of the file that were NaN or infinite, and became 0 or +-65504.
     pub repaired: u64,

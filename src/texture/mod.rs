@@ -211,7 +211,7 @@ pub struct Texture {
     pub mapping: Mapping,
     pub transform: StTransform,
     pub pattern: Pattern,
-    /// What makes colours of the working space of its numbers; what is read as data keeps them.
+    /// The conversion of its numbers to colours of the working space; the identity for data.
     pub colors: ColorConversion,
 }
 

@@ -173,8 +173,9 @@ fn the_memory_of_a_job_covers_its_images() {
     );
     let message = folder.fail(65, &quick(&["t.toml", "--max-memory", "1M"]));
     assert!(
-        message.contains("images need 3 MiB of memory, frames have taken 1 MiB, and 1 MiB are allowed (--max-memory)")
-            && message.contains("big.png"),
+        message.contains(
+            "images need 3 MiB of memory, frames have taken 1 MiB, shapes have taken 1 MiB, and 1 MiB are allowed (--max-memory)"
+        ) && message.contains("big.png"),
         "{message}"
     );
     folder.succeed(&quick(&["t.toml", "--max-memory", "16M"]));

@@ -6,7 +6,7 @@ use crate::{
     math::{Vec3, Vec4, srgb},
 };
 
-/// What was read may be this far out of range.
+/// The largest distance from the range that is not reported.
 const TOLERANCE: f32 = 1e-3;
 
 /// Makes raw numbers of this type linear, from 0 to 1; alpha is that already. Returns a fault where the numbers are not what

@@ -35,7 +35,7 @@ pub(super) struct Faces {
     has_uvs: bool,
 }
 
-/// What a property of a face is.
+/// The meaning of a property of a face.
 #[derive(Clone, Copy)]
 enum Role {
     Corners { count: NumberType, item: NumberType },

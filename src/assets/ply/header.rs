@@ -104,7 +104,7 @@ pub(super) struct Header {
     pub textures: usize,
 }
 
-/// What a file lacks that does not begin as PLY files do.
+/// The fault of a file that does not begin as PLY files do.
 const NO_HEADER: &str = "it has no header, the file does not begin with `ply`";
 
 /// Reads the header; returns it with the data after it.

@@ -19,7 +19,7 @@ use crate::{
     warnings::Warnings,
 };
 
-/// What all frames show.
+/// The settings of the picture, which all frames share.
 #[derive(Clone, Debug)]
 pub struct PicturePlan {
     /// The name of the scene's file.

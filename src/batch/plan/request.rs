@@ -69,11 +69,11 @@ pub struct Request {
     pub allow_outside: bool,
     /// The radius in m of the points of a model that is the scene.
     pub point_radius: Option<f32>,
-    /// Where the job's warnings go: a clone of it reads them, also those of a job that cannot be opened.
+    /// The sink of the job's warnings: a clone of it reads them, also those of a job that cannot be opened.
     pub warnings: Warnings,
 }
 
-/// How a job goes about its work, whatever it renders.
+/// The policy of a job, whatever it renders.
 #[derive(Clone, Copy, Debug, Default)]
 pub struct Policy {
     pub existing: Existing,

@@ -69,11 +69,11 @@ impl InputHash {
 struct HashedInputs {
     files: Vec<(String, String)>,
     halved: Vec<Vec<u32>>,
-    /// Of values of the scene file.
+    /// The overrides of values of the scene file.
     overrides: String,
 }
 
-/// What the picture of a frame depends on. Its JSON is hashed, which is the same text on every machine. Another name of a field
+/// All that the picture of a frame depends on. Its JSON is hashed, which is the same text on every machine. Another name of a field
 /// or a variant in here, or a field more, is another fingerprint: finished frames are rendered again.
 #[derive(Serialize)]
 struct Hashed<'a> {
@@ -96,7 +96,7 @@ struct Hashed<'a> {
     variant: &'a Option<String>,
     frame: i32,
     camera: FrameCamera,
-    /// Where a pass follows motion.
+    /// The neighbouring frames, if a pass follows motion.
     neighbours: Option<Neighbours>,
     shown: Shown,
     view: DisplayTransform,

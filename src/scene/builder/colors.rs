@@ -31,7 +31,7 @@ impl SceneBuilder {
         }
     }
 
-    /// What is read as data is not converted, see [`Texture::colors`](crate::texture::Texture::colors).
+    /// Converts the textures; data are not converted, see [`Texture::colors`](crate::texture::Texture::colors).
     fn convert_textures(&mut self, space: WorkingSpace, is_color: impl Fn(BitmapId) -> bool) {
         for texture in &mut self.textures {
             let Some(id) = texture.pattern.bitmap() else {
