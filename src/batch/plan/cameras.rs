@@ -2,11 +2,10 @@
 
 use std::{ops::RangeInclusive, path::Path};
 
-use crate::batch::{FrameRange, Request};
-
 use super::range::MAX_FRAMES;
 use crate::{
     assets::{Files, camera_path},
+    batch::{FrameRange, Request},
     camera::{Camera, FrameCamera, Lens, SceneCamera, path::CameraPath},
     describe::SceneDesc,
     error::Error,

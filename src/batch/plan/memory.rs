@@ -2,9 +2,9 @@
 
 use std::time::Duration;
 
-use crate::batch::PicturePlan;
 use crate::{
     assets::{MemoryBudget, MemoryKind},
+    batch::PicturePlan,
     describe::SceneDesc,
     error::Error,
     render,

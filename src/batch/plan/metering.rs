@@ -6,10 +6,9 @@
 //! Source: the log-average of Reinhard, Stark, Shirley, Ferwerda, "Photographic Tone Reproduction for Digital Images", SIGGRAPH
 //! 2002, doi:10.1145/566570.566575, equation 1.
 
-use crate::batch::Plan;
-
 use super::cameras::metered_resolution;
 use crate::{
+    batch::Plan,
     math::{Rgb, exponential},
     render::{Cancel, Content, Control, RenderError, Renderer, Settings},
     scene::Scene,

@@ -1,9 +1,8 @@
 //! The patterns of a job's files.
 
-use crate::batch::Request;
-
 use super::denoise_options;
 use crate::{
+    batch::Request,
     describe::{OneOrMany, SceneDesc},
     error::Error,
     output::{Contents, FilePattern, FilePatternError, Format as _},

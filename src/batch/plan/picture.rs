@@ -1,10 +1,9 @@
 //! The picture that all frames of a job show: the integrator, the passes and the settings of the renderer.
 
-use crate::batch::{Request, Turntable};
-
 use super::{frame_rate, passes::PassChoice};
 use crate::{
     accel::BuildOptions,
+    batch::{Request, Turntable},
     camera::{FrameCamera, SceneCamera},
     describe::{Diagnostics, SceneDesc},
     error::Error,

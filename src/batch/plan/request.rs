@@ -2,12 +2,12 @@
 
 use std::{path::PathBuf, time::Duration};
 
-use crate::batch::{
-    DenoiseOptions, DenoiseSteps, Existing, FrameRange, IfBusy, JobPart, OnFailure, products::metadata::Sidecar,
-};
 use crate::{
     accel::BuildOptions,
     assets::store::MissingAssets,
+    batch::{
+        DenoiseOptions, DenoiseSteps, Existing, FrameRange, IfBusy, JobPart, OnFailure, products::metadata::Sidecar,
+    },
     camera::RotationOrder,
     describe::Overrides,
     output::{

@@ -1,7 +1,7 @@
 //! Frames with fewer samples because of a time limit.
 
-use crate::batch::Plan;
 use crate::{
+    batch::Plan,
     film::Film,
     output::{Attribute, FileFacts, FrameMetadata},
 };

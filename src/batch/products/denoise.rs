@@ -10,15 +10,14 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::batch::{
-    FrameRange,
-    plan::denoise_options::{DenoiseOptions, FilterKind},
-    resume::fingerprint::{FINGERPRINT, PICTURE},
-};
-
 use super::targets;
 use crate::{
     assets::ContentHash,
+    batch::{
+        FrameRange,
+        plan::denoise_options::{DenoiseOptions, FilterKind},
+        resume::fingerprint::{FINGERPRINT, PICTURE},
+    },
     denoise::{self, DenoiseError, Frame, Method, Oidn},
     error::Error,
     output::{self, Attribute, Exr, ExrFile, FilePattern, Format as _, OutputError, Value, atomic},

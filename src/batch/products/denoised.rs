@@ -6,15 +6,15 @@ use std::{
     path::PathBuf,
 };
 
-use crate::batch::{
-    Existing, FrameFailure, FrameRange, JobEvent, Observer, OnFailure, Plan, PlannedFrame, Stale, StaleReason, Summary,
-    plan::{PlannedFile, denoise_options::DenoisePlan},
-    resume::{failure::FrameError, fingerprint::FINGERPRINT},
-    run,
-};
-
 use super::denoise::{self, DenoiseRequest, DenoisedFrames, Helpers};
 use crate::{
+    batch::{
+        Existing, FrameFailure, FrameRange, JobEvent, Observer, OnFailure, Plan, PlannedFrame, Stale, StaleReason,
+        Summary,
+        plan::{PlannedFile, denoise_options::DenoisePlan},
+        resume::{failure::FrameError, fingerprint::FINGERPRINT},
+        run,
+    },
     error::Error,
     film::{Film, FilmLayout},
     output::{Coverage, Exr, ExrFile, Format as _, FrameImage, Numbers, OutputError, Value},

@@ -2,10 +2,9 @@
 
 use std::path::{Path, PathBuf};
 
-use crate::batch::resume::fingerprint::{FINGERPRINT, Fingerprint, PICTURE};
-
 use super::{denoise::DENOISED, targets};
 use crate::{
+    batch::resume::fingerprint::{FINGERPRINT, Fingerprint, PICTURE},
     error::Error,
     film::Window,
     output::{self, Attribute, CropFile, FileFacts, Format, JoinError, Value, atomic},

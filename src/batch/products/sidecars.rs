@@ -5,13 +5,12 @@ use std::{borrow::Cow, collections::HashSet, fs, path::Path};
 use glam::DMat3;
 use serde::{Deserialize, Serialize};
 
-use crate::batch::{CameraRig, FrameFailure, Plan, PlannedFrame};
-
 use super::{
     ids::Ids,
     metadata::{Sidecar, pinhole},
 };
 use crate::{
+    batch::{CameraRig, FrameFailure, Plan, PlannedFrame},
     camera::PinholeView,
     error::Error,
     film::Window,

@@ -8,9 +8,9 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::batch::PlannedFrame;
 use crate::{
     assets::ContentHash,
+    batch::PlannedFrame,
     output::{OutputError, atomic},
     warnings::{WarningKind, Warnings},
 };

@@ -8,9 +8,9 @@ use std::path::Path;
 
 use serde::Serialize;
 
-use crate::batch::{Plan, PlannedFrame, Turntable};
 use crate::{
     assets::{ContentHash, Store},
+    batch::{Plan, PlannedFrame, Turntable},
     camera::{FrameCamera, Neighbours},
     describe::Source,
     film::{PassRequest, Window},

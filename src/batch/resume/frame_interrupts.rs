@@ -7,10 +7,9 @@ use std::{
     time::{Duration, Instant},
 };
 
-use crate::batch::{Plan, PlannedFrame};
-
 use super::checkpoint;
 use crate::{
+    batch::{Plan, PlannedFrame},
     output::{self, Coverage, FrameImage},
     render::{Interrupts, PartialFrame, ShowRequest},
     warnings::WarningKind,

@@ -10,8 +10,8 @@ use std::{
     time::Duration,
 };
 
-use crate::batch::{IfBusy, Plan};
 use crate::{
+    batch::{IfBusy, Plan},
     error::Error,
     output::job_file::{self, FolderGate, JobFile},
     render::{Cancel, Cancelled},

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use crate::batch::resume::fingerprint::SCENE;
 use crate::{
+    batch::resume::fingerprint::SCENE,
     denoise::{CameraMatrices, Color, DenoiseError, Denoised, Frame, Guides},
     film::passes::{GROUP_PREFIX, PASSES, PassSource},
     output::{ExrFile, FilePlane, Numbers, Value},
