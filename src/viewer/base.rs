@@ -1,68 +1,110 @@
-//! The scene of a viewer, compiled once, and the plans of its looks.
+//! The scene of a viewer, compiled when it is loaded, and the plans of its looks.
 
-use std::{
-    path::{Path, PathBuf},
-    sync::Arc,
+use std::{path::PathBuf, sync::Arc, time::SystemTime};
+
+use super::{
+    camera::ViewCamera, input_files::InputFiles, keyframes::Keyframes, look::Look, message::Hello,
+    options::ViewerOptions,
 };
-
-use super::{keyframes::Keyframes, look::Look, options::ViewerOptions};
 use crate::{
     assets::Files,
     batch::{InputHash, Job, Plan, Request},
-    camera::{CameraDesc, FilmSize, Lens, LookAt},
+    camera::{CameraDesc, FilmSize, Lens, LookAt, path::CameraPath},
     describe::SceneDesc,
     error::Error,
+    film::passes::{BEAUTY, PASSES, PassSource},
+    integrator::IntegratorDesc,
     math::DVec3,
+    output::DisplayTransform,
     scene::Scene,
+    warnings::Warnings,
 };
 
-/// The scene, its description and the request of the job.
+/// The scene file of a viewer, and the request and the settings with which it is loaded.
+pub struct Source {
+    pub scene: PathBuf,
+    pub request: Request,
+    pub options: ViewerOptions,
+}
+
+impl Source {
+    /// Loads the scene and the camera path, and collects the warnings about them in `warnings`.
+    pub fn load(&self, warnings: Warnings) -> Result<(Base, Keyframes), Error> {
+        let mut request = Request {
+            warnings,
+            ..self.request.clone()
+        };
+        let camera_path = &self.options.camera_path;
+        let keyframes = Keyframes::open(camera_path, &request)?;
+        // A job cannot read a file without keys.
+        request.camera_path = keyframes.has_keys().then(|| camera_path.clone());
+        let begun = SystemTime::now();
+        let job = Job::open(&self.scene, &request)?;
+        let scene = job.compile()?;
+        let plan = Arc::new(job.plan.metered(&scene, None)?);
+        let mut manifest = job.files().manifest();
+        // The session asks before it saves over a camera path that has changed.
+        manifest.retain(|(path, _)| path != camera_path);
+        let camera = job.desc.camera.as_ref().map(|camera| camera.get_ref());
+        let compiled = camera.and_then(|camera| camera.compile().ok());
+        let base = Base {
+            step: step_of(&scene),
+            scene,
+            inputs: job.inputs(),
+            files: InputFiles::new(manifest, begun),
+            lens: compiled.map_or_else(Lens::default, |camera| camera.lens),
+            home: camera.map(CameraDesc::view),
+            plan,
+            desc: job.desc,
+            request,
+        };
+        Ok((base, keyframes))
+    }
+}
+
+/// The loaded scene, its description and the request of the job.
 pub struct Base {
     pub scene: Scene,
-    pub scene_path: PathBuf,
     pub desc: SceneDesc,
     pub request: Request,
-    pub camera_path: PathBuf,
-    pub command: fn(&[(&str, String)]) -> String,
     /// The hash of all that was loaded.
     pub inputs: InputHash,
+    /// The files that were read for the scene.
+    pub files: InputFiles,
     /// The plan of the job as it was requested.
     pub plan: Arc<Plan>,
     /// The lens of the scene's camera.
     pub lens: Lens,
     /// The scene's camera, if it has one.
     pub home: Option<(DVec3, LookAt)>,
-    /// Taken by the session.
-    pub keyframes: Option<Keyframes>,
     /// A suitable step of the camera, in m.
     pub step: f64,
 }
 
 impl Base {
-    pub fn load(scene_path: &Path, request: &Request, options: &ViewerOptions) -> Result<Self, Error> {
-        let mut request = request.clone();
-        let keyframes = Keyframes::open(&options.camera_path, &request)?;
-        // A job cannot read a file without keys.
-        request.camera_path = keyframes.has_keys().then(|| options.camera_path.clone());
-        let job = Job::open(scene_path, &request)?;
-        let scene = job.compile()?;
-        let plan = Arc::new(job.plan.metered(&scene, None)?);
-        let camera = job.desc.camera.as_ref().map(|camera| camera.get_ref());
-        let compiled = camera.and_then(|camera| camera.compile().ok());
-        Ok(Self {
-            step: step_of(&scene),
-            scene,
-            inputs: job.inputs(),
-            scene_path: scene_path.to_owned(),
-            lens: compiled.map_or_else(Lens::default, |camera| camera.lens),
-            home: camera.map(CameraDesc::view),
-            plan,
-            desc: job.desc,
-            request,
-            camera_path: options.camera_path.clone(),
-            command: options.command,
-            keyframes: Some(keyframes),
-        })
+    /// The first message about the scene to the page `client`.
+    pub fn hello(&self, client: u64) -> String {
+        let passes: Vec<&str> = PASSES
+            .iter()
+            .filter(|pass| !matches!(pass.source, PassSource::Integrator | PassSource::LightGroup))
+            .map(|pass| pass.name)
+            .collect();
+        let hello = Hello {
+            t: "hello",
+            client,
+            scene: &self.desc.name(),
+            resolution: self.resolution(),
+            integrators: IntegratorDesc::NAMES,
+            views: &DisplayTransform::ALL.map(DisplayTransform::name),
+            passes: &[&[BEAUTY.name], &passes[..]].concat(),
+            columns: self.lens.columns(),
+            step: self.step,
+            fps: self.request.fps.unwrap_or(24.0),
+            up: self.up().to_array(),
+            has_home: self.home.is_some(),
+            warnings: self.request.warnings.lines(),
+        };
+        serde_json::to_string(&hello).expect("a hello is numbers and words")
     }
 
     /// The look of the job as it was requested.
@@ -84,6 +126,29 @@ impl Base {
     /// Columns and rows of the full picture.
     pub fn resolution(&self) -> FilmSize {
         self.plan.picture.settings.resolution
+    }
+
+    /// The scene's own camera.
+    pub fn home_camera(&self) -> Option<ViewCamera> {
+        let (eye, at) = self.home.as_ref()?;
+        Some(ViewCamera::new(*eye, at))
+    }
+
+    /// The camera of a path at a frame; `None` outside of the path.
+    pub fn camera_at(&self, path: Option<&CameraPath>, frame: i64) -> Option<ViewCamera> {
+        let state = path?.at(frame as f64).ok()?;
+        Some(ViewCamera::of_state(&state, self.up(), self.distance()))
+    }
+
+    /// The up direction.
+    fn up(&self) -> DVec3 {
+        self.home.as_ref().map_or(DVec3::Y, |(_, at)| at.up)
+    }
+
+    /// The default distance of a target, in m.
+    fn distance(&self) -> f64 {
+        let of_home = |(eye, at): &(DVec3, LookAt)| eye.distance(at.target);
+        self.home.as_ref().map_or(10.0 * self.step, of_home)
     }
 }
 

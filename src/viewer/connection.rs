@@ -12,6 +12,7 @@ use axum::{
     body::Bytes,
     extract::ws::{CloseFrame, Message, WebSocket, close_code},
 };
+use serde::Serialize;
 use tokio::{sync::watch, time::timeout};
 
 use super::{
@@ -68,11 +69,14 @@ impl Connection {
         let session = Arc::clone(&self.session);
         let (mut pictures, mut facts) = (session.pictures.subscribe(), session.facts.subscribe());
         let (mut job, mut job_pictures) = (session.job.subscribe(), session.job_pictures.subscribe());
+        let mut scene = session.scene.subscribe();
+        let mut loads = scene.borrow().loads;
         pictures.mark_changed();
         facts.mark_changed();
         job.mark_changed();
+        scene.mark_changed();
         let mut is_drawing = false;
-        if self.send(Message::text(session.hello(self.client))).await.is_err() {
+        if self.greet().await.is_err() {
             return End::Gone;
         }
         loop {
@@ -84,6 +88,15 @@ impl Connection {
                     Ok(true) => { is_drawing = false; continue }
                     Err(end) => return end,
                 },
+                // Before the pictures: a page must know a scene to show it.
+                Ok(()) = scene.changed() => {
+                    let facts = scene.borrow_and_update().clone();
+                    if facts.loads != loads && self.greet().await.is_err() {
+                        return End::Gone;
+                    }
+                    loads = facts.loads;
+                    json(&facts)
+                }
                 Ok(()) = pictures.changed(), if !is_drawing => {
                     let picture = pictures.borrow_and_update().clone();
                     let Some(picture) = picture else { continue };
@@ -92,8 +105,8 @@ impl Connection {
                 }
                 Ok(()) = facts.changed() => Message::text(facts.borrow_and_update().to_string()),
                 Ok(()) = job.changed() => {
-                    let json = serde_json::to_string(&*job.borrow_and_update());
-                    Message::text(json.expect("facts are numbers and words"))
+                    let facts = job.borrow_and_update().clone();
+                    json(&facts)
                 }
                 Ok(()) = job_pictures.changed() => {
                     let picture = job_pictures.borrow_and_update().clone();
@@ -126,8 +139,7 @@ impl Connection {
             return Ok(true);
         }
         if let Some(answer) = self.obey(message) {
-            let json = serde_json::to_string(&answer).expect("answers are numbers and words");
-            self.send(Message::text(json)).await.map_err(|()| End::Gone)?;
+            self.send(json(&answer)).await.map_err(|()| End::Gone)?;
         }
         Ok(false)
     }
@@ -150,6 +162,10 @@ impl Connection {
                     Err(error) => Answer::error(error),
                 });
             }
+            PageMessage::Reload => {
+                session.ask_for_load();
+                Ok(())
+            }
             PageMessage::Render => job::start(session),
             PageMessage::Cancel => {
                 session.cancel_job();
@@ -160,12 +176,22 @@ impl Connection {
         done.err().map(Answer::error)
     }
 
+    /// Sends the facts of the scene.
+    async fn greet(&mut self) -> Result<(), ()> {
+        let hello = self.session.base().hello(self.client);
+        self.send(Message::text(hello)).await
+    }
+
     async fn send(&mut self, message: Message) -> Result<(), ()> {
         match timeout(SEND_TIMEOUT, self.socket.send(message)).await {
             Ok(Ok(())) => Ok(()),
             _ => Err(()),
         }
     }
+}
+
+fn json(message: &impl Serialize) -> Message {
+    Message::text(serde_json::to_string(message).expect("messages are numbers and words"))
 }
 
 /// Waits until the server stops.

@@ -61,7 +61,7 @@ fn run(session: &Session, request: &Request, cancel: &Cancel) -> Result<Summary,
         .build()
         .map_err(|e| Error::threads("the threads of the job", &e))?;
     pool.install(|| {
-        let job = Job::open(&session.base.scene_path, request)?;
+        let job = Job::open(&session.source.scene, request)?;
         let scene = job.load()?;
         let counters = Counters::default();
         let watch = Watch::new(session, &job.plan, &counters)?;
@@ -164,7 +164,7 @@ impl<'a> Watch<'a> {
 fn canvas(session: &Session, plan: &Plan) -> Result<Canvas, Error> {
     let fills_film = plan.frames.iter().all(|frame| frame.camera.fills_film());
     // The scene of the view has the same light groups as that of the job.
-    Canvas::new(plan, &plan.picture.settings, &session.base.scene, fills_film)
+    Canvas::new(plan, &plan.picture.settings, &session.base().scene, fills_film)
         .map_err(|unknown| Error::Usage(unknown.to_string()))
 }
 

@@ -14,7 +14,8 @@ use super::{
     canvas::Canvas,
     pace::Pace,
     picture::{Picture, Stage, ViewHeader, jpeg},
-    session::{Session, Task},
+    session::Session,
+    view::Task,
 };
 use crate::{
     batch::Fingerprint,
@@ -102,7 +103,7 @@ impl ViewRenderer<'_> {
         let Some(camera) = job.camera(&coarse) else {
             return Ok(());
         };
-        let canvas = Canvas::new(&task.plan, &coarse, &self.session.base.scene, camera.fills_film())?;
+        let canvas = Canvas::new(&task.plan, &coarse, &task.base.scene, camera.fills_film())?;
         let begun = Instant::now();
         let unwatched = Control {
             counters: Some(&self.counters),
@@ -134,7 +135,7 @@ impl ViewRenderer<'_> {
         let Some(camera) = job.camera(&settings) else {
             return Ok(());
         };
-        let canvas = Canvas::new(&task.plan, &settings, &self.session.base.scene, camera.fills_film())?;
+        let canvas = Canvas::new(&task.plan, &settings, &task.base.scene, camera.fills_film())?;
         canvas.fill(rgb, size);
         let sink = Rounds {
             job,
@@ -161,7 +162,7 @@ impl ViewRenderer<'_> {
     ) -> Result<Film, RenderError> {
         let integrator = task.plan.picture.integrator.as_dyn();
         self.renderer
-            .render(&self.session.base.scene, camera, integrator, settings, control)
+            .render(&task.base.scene, camera, integrator, settings, control)
     }
 }
 
@@ -186,10 +187,8 @@ impl ViewJob<'_> {
 
     fn camera(&self, settings: &Settings) -> Option<FrameCamera> {
         // The session refuses invalid cameras.
-        self.task
-            .view
-            .frame_camera(&self.session.base.lens, settings.resolution)
-            .ok()
+        let Task { base, view, .. } = self.task;
+        view.frame_camera(&base.lens, settings.resolution).ok()
     }
 
     fn publish_jpeg(&self, stage: Stage, samples: u32, rgb: &[u8], size: [u32; 2], quality: u8) {
@@ -201,15 +200,15 @@ impl ViewJob<'_> {
 
     /// Publishes the final picture, with the bytes of the job's file.
     fn publish_final(&self, film: &Film, camera: &FrameCamera) {
-        let plan = &self.task.plan;
+        let Task { plan, base, .. } = self.task;
         let frame = i32::try_from(self.task.view.frame).unwrap_or_default();
         let settings = self.full_settings();
-        let fingerprint = Fingerprint::new(plan, &settings, self.session.base.inputs, (frame, camera));
+        let fingerprint = Fingerprint::new(plan, &settings, base.inputs, (frame, camera));
         let metadata = fingerprint.metadata(plan, frame, camera);
         let image = FrameImage {
             film,
             shown: plan.picture.shown,
-            coverage: plan.coverage(&self.session.base.scene.shading.background, camera.fills_film()),
+            coverage: plan.coverage(&base.scene.shading.background, camera.fills_film()),
             metadata: &metadata,
         };
         // Encoding a non-empty picture into memory cannot fail.
@@ -229,7 +228,7 @@ impl ViewJob<'_> {
         let view = &self.task.view;
         let seconds = self.begun.elapsed().as_secs_f64();
         let rays = self.counters.rays() - self.rays;
-        let lens = self.session.base.lens;
+        let lens = self.task.base.lens;
         let lens = match &view.path {
             Some(path) => path.at(view.frame as f64).map(|state| state.apply(&lens)),
             None => view.camera.state(view.frame).map(|state| state.apply(&lens)),

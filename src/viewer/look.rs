@@ -56,6 +56,21 @@ impl Look {
             && (1..=MAX_SAMPLES).contains(&self.samples)
     }
 
+    /// The same changes of another look: what differs from `before` stays, and all else is that of `after`.
+    pub fn rebased(&self, before: &Self, after: &Self) -> Self {
+        fn pick<T: PartialEq + Clone>([own, before, after]: [&T; 3]) -> T {
+            if own == before { after.clone() } else { own.clone() }
+        }
+        Self {
+            integrator: pick([self, before, after].map(|look| &look.integrator)),
+            view: pick([self, before, after].map(|look| &look.view)),
+            exposure: pick([self, before, after].map(|look| &look.exposure)),
+            pass: pick([self, before, after].map(|look| &look.pass)),
+            samples: pick([self, before, after].map(|look| &look.samples)),
+            scale: self.scale,
+        }
+    }
+
     /// The request with all that the look says.
     pub fn apply_all(&self, request: &Request) -> Request {
         with(request, self.flags())

@@ -49,6 +49,8 @@ pub enum PageMessage {
         force: bool,
     },
     Load,
+    /// Loads the scene again.
+    Reload,
     /// Starts the batch job, and stops it.
     Render,
     Cancel,
@@ -56,7 +58,7 @@ pub enum PageMessage {
     Ack,
 }
 
-/// The first message to a page.
+/// The first message to a page, and the first after the scene was loaded again.
 #[derive(Debug, Serialize)]
 pub struct Hello<'a> {
     pub t: &'static str,
@@ -95,6 +97,19 @@ pub struct KeyFact<'a> {
     pub frame: f64,
     pub name: Option<&'a str>,
     pub interp: &'static str,
+}
+
+/// The state of the scene on disk.
+#[derive(Clone, Debug, Default, Serialize)]
+pub struct SceneFacts {
+    pub t: &'static str,
+    /// Whether the scene on disk is another than that of the page.
+    pub has_changed: bool,
+    pub is_loading: bool,
+    /// Why the scene on disk was not loaded.
+    pub error: String,
+    /// The number of times that the scene was loaded again.
+    pub loads: u64,
 }
 
 /// The state of the job.
@@ -159,8 +174,8 @@ impl Answer {
     }
 }
 
-/// The parameters of a lens, by the names in messages.
-pub fn supported(lens: &LensNumbers, columns: &[&str]) -> Option<&'static str> {
+/// The first parameter that is not one of `columns`, those that the lens of the scene supports.
+pub fn unsupported(lens: &LensNumbers, columns: &[&str]) -> Option<&'static str> {
     let given = lens.overrides();
     given.columns().find(|column| !columns.contains(column))
 }

@@ -6,7 +6,14 @@
 //!
 //! Every request needs the secret of the address. The viewer writes only the camera path file and, on request, the files of the job.
 
-use std::{io, net::TcpListener, path::Path, sync::Arc, thread};
+use std::{
+    io,
+    net::TcpListener,
+    panic::resume_unwind,
+    path::Path,
+    sync::Arc,
+    thread::{self, JoinHandle},
+};
 
 use crate::{batch::Request, error::Error, render::Cancel, warnings::WarningKind};
 
@@ -15,6 +22,7 @@ mod camera;
 mod canvas;
 mod connection;
 mod guard;
+mod input_files;
 mod job;
 mod keyframes;
 mod live;
@@ -25,13 +33,15 @@ mod pace;
 mod page;
 mod pick;
 mod picture;
+mod reload;
 mod server;
 mod session;
+mod view;
 mod visitors;
 
 pub use options::ViewerOptions;
 
-use base::Base;
+use base::Source;
 use guard::Guard;
 use session::Session;
 
@@ -49,7 +59,12 @@ impl Viewer {
     /// # Errors
     /// The scene or the camera path is invalid, or the address is in use.
     pub fn open(scene: &Path, request: &Request, options: &ViewerOptions) -> Result<Self, Error> {
-        let base = Base::load(scene, request, options)?;
+        let source = Source {
+            scene: scene.to_owned(),
+            request: request.clone(),
+            options: options.clone(),
+        };
+        let session = Arc::new(Session::open(source)?);
         let failed = |cause: io::Error| Error::Listen {
             address: options.listen,
             cause,
@@ -58,7 +73,6 @@ impl Viewer {
         listener.set_nonblocking(true).map_err(failed)?;
         let address = listener.local_addr().map_err(failed)?;
         let guard = Guard::new(address).map_err(failed)?;
-        let session = Arc::new(Session::new(base)?);
         Ok(Self {
             session,
             listener,
@@ -76,30 +90,37 @@ impl Viewer {
     /// # Errors
     /// The system allows no more threads, or the server failed. Stopping the viewer is no error.
     pub fn run(self, threads: usize, stop: &Cancel) -> Result<(), Error> {
-        let session = Arc::clone(&self.session);
-        let renderer = thread::Builder::new()
-            .name("view".to_owned())
-            .spawn(move || live::run(&session, threads))
-            .map_err(|e| Error::threads("the thread that renders the view", &e))?;
+        let renderer = start(&self.session, "view", move |session| live::run(session, threads))?;
+        let loader = start(&self.session, "scene", move |session| reload::run(session, threads))?;
         // The viewer also stops when its renderer ends.
         let is_over = || stop.is_cancelled() || renderer.is_finished();
         let served = server::run(self.listener, self.guard, &self.session, &is_over);
         self.session.stop();
-        renderer
-            .join()
-            .unwrap_or_else(|panic| std::panic::resume_unwind(panic))?;
+        loader.join().unwrap_or_else(|panic| resume_unwind(panic));
+        renderer.join().unwrap_or_else(|panic| resume_unwind(panic))?;
         self.session.finish_job();
         if self.session.has_unsaved_keys() {
-            let (path, warnings) = (
-                self.session.base.camera_path.display(),
-                &self.session.base.request.warnings,
-            );
-            warnings.add_live(
+            let Source { request, options, .. } = &self.session.source;
+            request.warnings.add_live(
                 WarningKind::UNSAVED_KEYS,
-                path,
+                options.camera_path.display(),
                 "keys of the camera path were not saved",
             );
         }
         served
     }
+}
+
+/// Starts a thread that ends when the session stops.
+fn start<T: Send + 'static>(
+    session: &Arc<Session>,
+    name: &str,
+    work: impl FnOnce(&Session) -> T + Send + 'static,
+) -> Result<JoinHandle<T>, Error> {
+    let own = Arc::clone(session);
+    let thread = thread::Builder::new().name(name.to_owned());
+    thread.spawn(move || work(&own)).map_err(|e| {
+        session.stop();
+        Error::threads("the threads of the viewer", &e)
+    })
 }

@@ -15,68 +15,36 @@ use std::{
 use tokio::sync::watch;
 
 use super::{
-    base::Base,
-    camera::ViewCamera,
+    base::{Base, Source},
+    camera::{LensNumbers, ViewCamera},
     keyframes::{Keyframes, SaveError},
     look::Look,
-    message::{Answer, Facts, Hello, JobFacts, KeyFact, supported},
+    message::{Answer, Facts, JobFacts, KeyFact, SceneFacts, unsupported},
     pick,
     picture::{Picture, Stage},
+    view::{Task, View},
 };
 use crate::{
     batch::{Plan, Request},
-    camera::{
-        FilmSize, FrameCamera, Lens, LookAt,
-        path::{CameraPath, Interp, MAX_FRAME, PathError},
-    },
+    camera::path::{Interp, MAX_FRAME, PathError},
     error::Error,
-    film::passes::{BEAUTY, PASSES, PassSource},
-    integrator::IntegratorDesc,
-    math::{DVec3, Vec2},
-    output::DisplayTransform,
+    math::Vec2,
     render::Cancel,
 };
 
-/// The view that pages see.
-#[derive(Clone, Debug)]
-pub struct View {
-    /// Increases with each change.
-    pub version: u64,
-    /// The page that made the last change, and the number of its message.
-    pub client: u64,
-    pub seq: u64,
-    pub frame: i64,
-    pub camera: ViewCamera,
-    /// The path that gives the camera at the frame; `None` for `camera` itself.
-    pub path: Option<Arc<CameraPath>>,
-}
-
-impl View {
-    /// The camera for a film.
-    pub fn frame_camera(&self, lens: &Lens, film: FilmSize) -> Result<FrameCamera, PathError> {
-        match &self.path {
-            Some(path) => path.frame_camera(self.frame, lens, film),
-            None => self.camera.frame_camera(self.frame, lens, film),
-        }
-    }
-}
-
-/// A view to be rendered.
-pub struct Task {
-    pub view: View,
-    pub look: Look,
-    pub plan: Arc<Plan>,
-    pub cancel: Arc<Cancel>,
-}
-
 struct State {
+    base: Arc<Base>,
     view: View,
+    /// The look of the request.
+    first_look: Look,
     look: Look,
     plan: Arc<Plan>,
     keyframes: Keyframes,
     /// Cancels the rendering of the current view.
     cancel: Arc<Cancel>,
     is_stopped: bool,
+    /// Whether a page has asked for the scene to be loaded again.
+    needs_load: bool,
 }
 
 /// A job that a page has started.
@@ -87,33 +55,35 @@ pub struct RunningJob {
 
 /// The view, and the pages that show it.
 pub struct Session {
-    pub base: Base,
+    pub source: Source,
     state: Mutex<State>,
     changed: Condvar,
-    first_look: Look,
     running_job: Mutex<Option<RunningJob>>,
     pages: AtomicU64,
     pub pictures: watch::Sender<Option<Arc<Picture>>>,
     pub facts: watch::Sender<Arc<str>>,
+    pub scene: watch::Sender<SceneFacts>,
     pub job: watch::Sender<JobFacts>,
     pub job_pictures: watch::Sender<Option<Arc<Picture>>>,
 }
 
 impl Session {
-    pub fn new(mut base: Base) -> Result<Self, Error> {
+    /// Loads the scene and the camera path of `source`.
+    pub fn open(source: Source) -> Result<Self, Error> {
+        let (base, keyframes) = source.load(source.request.warnings.clone())?;
         let look = base.look();
         let plan = Arc::new(base.plan(&look)?);
-        let keyframes = base.keyframes.take().expect("a base is made with keyframes");
         let (frame, path) = match keyframes.path() {
             Some(path) => (*path.frames().start(), Some(Arc::clone(path))),
             None => (1, None),
         };
-        let camera = camera_at(&base, path.as_deref(), frame).or_else(|| home(&base));
+        let camera = base.camera_at(path.as_deref(), frame).or_else(|| base.home_camera());
         let camera = camera.ok_or_else(|| Error::NoCamera {
-            path: base.scene_path.clone(),
+            path: source.scene.clone(),
         })?;
         let session = Self {
             state: Mutex::new(State {
+                base: Arc::new(base),
                 view: View {
                     version: 1,
                     client: 0,
@@ -123,18 +93,23 @@ impl Session {
                     path,
                 },
                 plan,
-                look: look.clone(),
+                first_look: look.clone(),
+                look,
                 keyframes,
                 cancel: Arc::default(),
                 is_stopped: false,
+                needs_load: false,
             }),
-            base,
+            source,
             changed: Condvar::new(),
-            first_look: look,
             running_job: Mutex::default(),
             pages: AtomicU64::new(0),
             pictures: watch::Sender::new(None),
             facts: watch::Sender::new(Arc::from("")),
+            scene: watch::Sender::new(SceneFacts {
+                t: "scene",
+                ..SceneFacts::default()
+            }),
             job: watch::Sender::new(JobFacts {
                 t: "job",
                 state: "idle",
@@ -151,31 +126,9 @@ impl Session {
         self.pages.fetch_add(1, Ordering::Relaxed) + 1
     }
 
-    /// The first message to the page `client`.
-    pub fn hello(&self, client: u64) -> String {
-        let passes: Vec<&str> = PASSES
-            .iter()
-            .filter(|pass| !matches!(pass.source, PassSource::Integrator | PassSource::LightGroup))
-            .map(|pass| pass.name)
-            .collect();
-        let views = DisplayTransform::ALL.map(DisplayTransform::name);
-        let fps = self.base.request.fps.unwrap_or(24.0);
-        let hello = Hello {
-            t: "hello",
-            client,
-            scene: &self.base.desc.name(),
-            resolution: self.base.resolution(),
-            integrators: IntegratorDesc::NAMES,
-            views: &views,
-            passes: &[&[BEAUTY.name], &passes[..]].concat(),
-            columns: self.base.lens.columns(),
-            step: self.base.step,
-            fps,
-            up: self.base.up().to_array(),
-            has_home: self.base.home.is_some(),
-            warnings: self.base.request.warnings.lines(),
-        };
-        serde_json::to_string(&hello).expect("a hello is numbers and words")
+    /// The scene as it was last loaded.
+    pub fn base(&self) -> Arc<Base> {
+        Arc::clone(&self.lock().base)
     }
 
     /// Waits for a view newer than `version`; `None` once the session has stopped.
@@ -188,6 +141,7 @@ impl Session {
                 .expect("no thread panics while it holds the session");
         }
         (!state.is_stopped).then(|| Task {
+            base: Arc::clone(&state.base),
             view: state.view.clone(),
             look: state.look.clone(),
             plan: Arc::clone(&state.plan),
@@ -225,16 +179,14 @@ impl Session {
 
     /// Moves the camera.
     pub fn set_camera(&self, (client, seq): (u64, u64), camera: ViewCamera) -> Result<(), String> {
-        if let Some(column) = supported(&camera.lens, self.base.lens.columns()) {
-            return Err(format!(
-                "the scene's {} camera has no use for {column}",
-                self.base.lens.name()
-            ));
-        }
         if !camera.is_bounded() {
             return Err("a number of the camera is out of range".to_owned());
         }
         let mut state = self.lock();
+        let lens = &state.base.lens;
+        if let Some(column) = unsupported(&camera.lens, lens.columns()) {
+            return Err(format!("the scene's {} camera has no use for {column}", lens.name()));
+        }
         camera.state(state.view.frame).map_err(|e| e.to_string())?;
         state.view.camera = camera;
         state.view.path = None;
@@ -244,7 +196,8 @@ impl Session {
 
     /// Moves the camera to that of the scene.
     pub fn go_home(&self, from: (u64, u64)) -> Result<(), String> {
-        let camera = home(&self.base).ok_or("the scene has no camera of its own")?;
+        let home = self.base().home_camera();
+        let camera = home.ok_or("the scene has no camera of its own")?;
         self.set_camera(from, camera)
     }
 
@@ -264,8 +217,8 @@ impl Session {
         if !look.is_bounded() {
             return Err("a number of the look is out of range".to_owned());
         }
-        let plan = self.base.plan(&look).map_err(|e| e.to_string())?;
         let mut state = self.lock();
+        let plan = state.base.plan(&look).map_err(|e| e.to_string())?;
         (state.look, state.plan) = (look, Arc::new(plan));
         self.change(&mut state, from);
         self.tell(&state);
@@ -276,7 +229,8 @@ impl Session {
     pub fn set_key(&self) -> Result<(), String> {
         let mut state = self.lock();
         let key = state.view.camera.key(state.view.frame as f64);
-        let set = state.keyframes.set(&key, &self.base.lens);
+        let lens = state.base.lens;
+        let set = state.keyframes.set(&key, &lens);
         set.map_err(|e| e.to_string())?;
         self.edited(&mut state);
         Ok(())
@@ -299,7 +253,7 @@ impl Session {
     pub fn save(&self, force: bool) -> Answer {
         let mut state = self.lock();
         let answer = match state.keyframes.save(force) {
-            Ok(()) => Answer::done(format!("saved {}", self.base.camera_path.display())),
+            Ok(()) => Answer::done(format!("saved {}", self.source.options.camera_path.display())),
             Err(SaveError::Foreign) => Answer::Foreign,
             Err(error) => Answer::error(error),
         };
@@ -316,30 +270,96 @@ impl Session {
 
     /// The surface at a point of the picture, from 0 to 1 to the right and down.
     pub fn pick(&self, id: u64, [x, y]: [f32; 2]) -> Answer {
-        let film = self.base.resolution();
-        let view = self.lock().view.clone();
+        let (base, view) = {
+            let state = self.lock();
+            (Arc::clone(&state.base), state.view.clone())
+        };
+        let film = base.resolution();
         let point = Vec2::new(x * film[0] as f32, y * film[1] as f32);
-        let camera = view.frame_camera(&self.base.lens, film).ok();
+        let camera = view.frame_camera(&base.lens, film).ok();
         Answer::Picked {
             id,
-            found: camera.and_then(|camera| pick::pick(&self.base.scene, &camera, point)),
+            found: camera.and_then(|camera| pick::pick(&base.scene, &camera, point)),
         }
     }
 
     /// The request of the job that renders the page's path.
     ///
     /// # Errors
-    /// The path was not saved.
+    /// The path was not saved, or the scene on disk is not that of the page.
     pub fn job_request(&self) -> Result<Request, String> {
+        if self.look_at_files() {
+            return Err("the scene has changed on disk: reload it before it is rendered".to_owned());
+        }
         let state = self.lock();
         if state.keyframes.is_changed() {
             return Err("save the keys before they are rendered".to_owned());
         }
-        let request = state.look.apply_changes(&self.first_look, &self.base.request);
+        let request = state.look.apply_changes(&state.first_look, &state.base.request);
+        let camera_path = &self.source.options.camera_path;
         Ok(Request {
-            camera_path: state.keyframes.has_keys().then(|| self.base.camera_path.clone()),
+            camera_path: state.keyframes.has_keys().then(|| camera_path.clone()),
             ..request
         })
+    }
+
+    /// Compares the files of the scene with those on disk, and tells the pages. Returns whether they have changed.
+    pub fn look_at_files(&self) -> bool {
+        let has_changed = self.base().files.have_changed();
+        self.scene.send_if_modified(|facts| {
+            let is_news = facts.has_changed != has_changed;
+            facts.has_changed = has_changed;
+            if is_news {
+                facts.error.clear();
+            }
+            is_news
+        });
+        has_changed
+    }
+
+    /// Asks for the scene to be loaded again.
+    pub fn ask_for_load(&self) {
+        self.lock().needs_load = true;
+        self.changed.notify_all();
+    }
+
+    /// Waits until the scene is to be loaded again, at most for `time`, and returns whether it is; `None` once the session has stopped.
+    pub fn next_load(&self, time: Duration) -> Option<bool> {
+        let is_idle = |state: &mut State| !state.is_stopped && !state.needs_load;
+        let waited = self.changed.wait_timeout_while(self.lock(), time, is_idle);
+        let (mut state, _) = waited.expect("no thread panics while it holds the session");
+        (!state.is_stopped).then(|| std::mem::take(&mut state.needs_load))
+    }
+
+    /// Shows another scene with the camera and the changes of the look that pages have made.
+    pub fn replace(&self, base: Base) -> Result<(), Error> {
+        let mut state = self.lock();
+        let first_look = base.look();
+        let look = state.look.rebased(&state.first_look, &first_look);
+        state.plan = Arc::new(base.plan(&look)?);
+        (state.look, state.first_look) = (look, first_look);
+        let home = state.base.home_camera();
+        let is_home = state.view.path.is_none() && home == Some(state.view.camera);
+        if let Some(home) = base.home_camera().filter(|_| is_home) {
+            state.view.camera = home;
+        }
+        if unsupported(&state.view.camera.lens, base.lens.columns()).is_some() {
+            state.view.camera.lens = LensNumbers::default();
+        }
+        state.base = Arc::new(base);
+        if state.view.path.is_some() {
+            self.follow_path(&mut state);
+        }
+        // Pages hear of the scene before they get a picture of it.
+        self.scene.send_modify(|facts| {
+            (facts.has_changed, facts.is_loading) = (false, false);
+            facts.error.clear();
+            facts.loads += 1;
+        });
+        let from = (state.view.client, state.view.seq);
+        self.change(&mut state, from);
+        self.tell(&state);
+        Ok(())
     }
 
     /// The current or last job.
@@ -375,7 +395,7 @@ impl Session {
     /// Sets the camera to that of the path at the frame.
     fn follow_path(&self, state: &mut State) {
         let path = state.keyframes.path().cloned();
-        let camera = camera_at(&self.base, path.as_deref(), state.view.frame);
+        let camera = state.base.camera_at(path.as_deref(), state.view.frame);
         state.view.path = path.filter(|_| camera.is_some());
         if let Some(camera) = camera {
             state.view.camera = camera;
@@ -402,17 +422,18 @@ impl Session {
             name: key.name.as_deref(),
             interp: interp(key.interp),
         });
-        let mut changes = state.look.options(&self.first_look);
+        let options = &self.source.options;
+        let mut changes = state.look.options(&state.first_look);
         if state.keyframes.has_keys() {
-            changes.push(("frames", file_name(&self.base.camera_path)));
+            changes.push(("frames", file_name(&options.camera_path)));
         }
         let facts = Facts {
             t: "facts",
             look: &state.look,
             keys: keys.collect(),
-            file: file_name(&self.base.camera_path),
+            file: file_name(&options.camera_path),
             is_changed: state.keyframes.is_changed(),
-            command: (self.base.command)(&changes),
+            command: (options.command)(&changes),
         };
         let json = serde_json::to_string(&facts).expect("facts are numbers and words");
         self.facts.send_replace(Arc::from(json));
@@ -420,31 +441,6 @@ impl Session {
 
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().expect("no thread panics while it holds the session")
-    }
-}
-
-/// The scene's own camera.
-fn home(base: &Base) -> Option<ViewCamera> {
-    let (eye, at) = base.home.as_ref()?;
-    Some(ViewCamera::new(*eye, at))
-}
-
-/// The camera of a path at a frame; `None` outside of the path.
-fn camera_at(base: &Base, path: Option<&CameraPath>, frame: i64) -> Option<ViewCamera> {
-    let state = path?.at(frame as f64).ok()?;
-    Some(ViewCamera::of_state(&state, base.up(), base.distance()))
-}
-
-impl Base {
-    /// The up direction.
-    fn up(&self) -> DVec3 {
-        self.home.as_ref().map_or(DVec3::Y, |(_, at)| at.up)
-    }
-
-    /// The default distance of a target, in m.
-    fn distance(&self) -> f64 {
-        let of_home = |(eye, at): &(DVec3, LookAt)| eye.distance(at.target);
-        self.home.as_ref().map_or(10.0 * self.step, of_home)
     }
 }
 

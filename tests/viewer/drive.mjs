@@ -300,6 +300,33 @@ async function the_connection_is_lost_and_found(page) {
   assert.notDeepEqual(await fields(page, "eye"), before);
 }
 
+async function a_scene_that_changes_is_loaded_by_one_press(page) {
+  const file = path.join(folder, scene);
+  const text = fs.readFileSync(file, "utf8");
+  const corner = () => page.evaluate(() => [...pen.getImageData(2, 2, 1, 1).data.slice(0, 3)].join());
+  await page.keyboard.press("Home");
+  await settled(page);
+  assert.equal(await corner(), "255,179,0");
+  for (const [changed, color] of [[text.replace("color = [1, 0.7, 0]", "color = [0, 1, 1]"), "0,255,255"], [text, "255,179,0"]]) {
+    fs.writeFileSync(file, changed);
+    await page.locator("#changed").waitFor();
+    assert.deepEqual(await page.evaluate(clashes), []);
+    await page.click("#reload");
+    await page.locator("#changed").waitFor({ state: "hidden" });
+    await settled(page);
+    assert.equal(await corner(), color);
+  }
+  // A wrong scene is said to be so, and the page goes on with the one that it has.
+  fs.writeFileSync(file, "[render");
+  await page.locator("#changed").waitFor();
+  await page.click("#reload");
+  await page.locator("#changed p", { hasText: "scene.toml" }).waitFor();
+  await page.keyboard.press("F1");
+  await settled(page);
+  fs.writeFileSync(file, text);
+  await page.locator("#changed").waitFor({ state: "hidden" });
+}
+
 async function a_second_page_sees_the_same_camera(page, browser, url) {
   const other = await browser.newPage();
   await other.goto(url.href);
@@ -431,6 +458,7 @@ try {
     the_timeline_is_used_by_keyboard_alone,
     the_job_runs_on_the_page_and_stops,
     the_connection_is_lost_and_found,
+    a_scene_that_changes_is_loaded_by_one_press,
     a_second_page_sees_the_same_camera,
     strangers_stay_outside,
     the_page_is_readable,

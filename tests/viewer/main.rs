@@ -5,6 +5,7 @@
 mod common;
 
 mod client;
+mod scene;
 
 use std::{
     io::{ErrorKind, Read, Write},

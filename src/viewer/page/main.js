@@ -22,7 +22,8 @@ link.on.hello = (hello) => {
   timeline.fps = hello.fps;
   // Versions of the view begin anew with another process.
   page.version = 0;
-  [view.width, view.height] = hello.resolution;
+  // A canvas that gets a size is empty.
+  if (`${hello.resolution}` !== `${[view.width, view.height]}`) [view.width, view.height] = hello.resolution;
   byId("scene").textContent = hello.scene;
   document.title = `${hello.scene} - batch-render`;
   fillSelect("integrator", hello.integrators);
@@ -65,6 +66,13 @@ link.on.facts = (facts) => {
   byId("command").textContent = facts.command;
   const fields = { integrator: "integrator", pass: "pass", display: "view", exposure: "exposure", samples: "samples", scale: "scale" };
   for (const [id, key] of Object.entries(fields)) setField(byId(id), facts.look[key]);
+};
+
+link.on.scene = ({ has_changed, is_loading, error }) => {
+  byId("changed").hidden = !has_changed && !is_loading && error === "";
+  byId("reload").disabled = is_loading;
+  const text = error === "" ? "The scene has changed on disk." : `The scene on disk cannot be loaded.\n${error}`;
+  byId("changed").querySelector("p").textContent = is_loading ? "Loading the scene" : text;
 };
 
 link.on.job = (job) => {
@@ -400,6 +408,10 @@ byId("home").onclick = ACTIONS.Home;
 byId("save").onclick = () => send({ t: "save" });
 byId("load").onclick = () => {
   if (!page.isChanged || confirm("Keys were not saved. Load the file all the same?")) send({ t: "load" });
+};
+byId("reload").onclick = () => {
+  send({ t: "reload" });
+  view.focus();
 };
 byId("render").onclick = () => {
   if (page.isChanged) send({ t: "save" });

@@ -1,0 +1,46 @@
+//! The view of all pages, and the task to render it.
+
+use std::sync::Arc;
+
+use super::{base::Base, camera::ViewCamera, look::Look};
+use crate::{
+    batch::Plan,
+    camera::{
+        FilmSize, FrameCamera, Lens,
+        path::{CameraPath, PathError},
+    },
+    render::Cancel,
+};
+
+/// The view that pages see.
+#[derive(Clone, Debug)]
+pub struct View {
+    /// Increases with each change.
+    pub version: u64,
+    /// The page that made the last change, and the number of its message.
+    pub client: u64,
+    pub seq: u64,
+    pub frame: i64,
+    pub camera: ViewCamera,
+    /// The path that gives the camera at the frame; `None` for `camera` itself.
+    pub path: Option<Arc<CameraPath>>,
+}
+
+impl View {
+    /// The camera for a film.
+    pub fn frame_camera(&self, lens: &Lens, film: FilmSize) -> Result<FrameCamera, PathError> {
+        match &self.path {
+            Some(path) => path.frame_camera(self.frame, lens, film),
+            None => self.camera.frame_camera(self.frame, lens, film),
+        }
+    }
+}
+
+/// A view to be rendered.
+pub struct Task {
+    pub base: Arc<Base>,
+    pub view: View,
+    pub look: Look,
+    pub plan: Arc<Plan>,
+    pub cancel: Arc<Cancel>,
+}
