@@ -18,6 +18,7 @@ use tokio::{sync::watch, time::timeout};
 use super::{
     job,
     message::{Answer, PageMessage},
+    numbers::{self, Misread},
     session::Session,
 };
 
@@ -133,12 +134,13 @@ impl Connection {
             Some(Ok(Message::Text(text))) => text,
         };
         self.allowance.take()?;
-        let message: PageMessage =
-            serde_json::from_str(&text).map_err(|_| End::Violation("a message that says nothing"))?;
-        if matches!(message, PageMessage::Ack) {
-            return Ok(true);
-        }
-        if let Some(answer) = self.obey(message) {
+        let answer = match numbers::read(&text) {
+            Ok(PageMessage::Ack) => return Ok(true),
+            Ok(message) => self.obey(message),
+            Err(Misread::Number { seq, text }) => Some(Answer::refusal(seq, text)),
+            Err(Misread::Malformed) => return Err(End::Violation("a message that says nothing")),
+        };
+        if let Some(answer) = answer {
             self.send(json(&answer)).await.map_err(|()| End::Gone)?;
         }
         Ok(false)
@@ -146,6 +148,7 @@ impl Connection {
 
     fn obey(&self, message: PageMessage) -> Option<Answer> {
         let (session, client) = (&self.session, self.client);
+        let seq = message.seq();
         let done = match message {
             PageMessage::View { seq, camera } => session.set_camera((client, seq), camera),
             PageMessage::Home { seq } => session.go_home((client, seq)),
@@ -173,7 +176,7 @@ impl Connection {
             }
             PageMessage::Ack => Ok(()),
         };
-        done.err().map(Answer::error)
+        done.err().map(|error| Answer::refusal(seq, error))
     }
 
     /// Sends the facts of the scene.

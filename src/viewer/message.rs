@@ -58,6 +58,18 @@ pub enum PageMessage {
     Ack,
 }
 
+impl PageMessage {
+    /// The number of a message that changes the view.
+    pub fn seq(&self) -> Option<u64> {
+        match self {
+            Self::View { seq, .. } | Self::Home { seq } | Self::Frame { seq, .. } | Self::Look { seq, .. } => {
+                Some(*seq)
+            }
+            _ => None,
+        }
+    }
+}
+
 /// The first message to a page, and the first after the scene was loaded again.
 #[derive(Debug, Serialize)]
 pub struct Hello<'a> {
@@ -153,6 +165,8 @@ pub enum Answer {
     Note {
         is_error: bool,
         text: String,
+        /// The number of the message that was refused.
+        seq: Option<u64>,
     },
     /// The file on disk has changed since it was read.
     Foreign,
@@ -163,6 +177,7 @@ impl Answer {
         Self::Note {
             is_error: false,
             text: text.into(),
+            seq: None,
         }
     }
 
@@ -170,6 +185,16 @@ impl Answer {
         Self::Note {
             is_error: true,
             text: error.to_string(),
+            seq: None,
+        }
+    }
+
+    /// The refusal of the message `seq`.
+    pub fn refusal(seq: Option<u64>, text: String) -> Self {
+        Self::Note {
+            is_error: true,
+            text,
+            seq,
         }
     }
 }

@@ -28,6 +28,7 @@ mod keyframes;
 mod live;
 mod look;
 mod message;
+mod numbers;
 mod options;
 mod pace;
 mod page;

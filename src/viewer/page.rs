@@ -2,9 +2,10 @@
 
 const HTML: &str = include_str!("page/page.html");
 const STYLE: &str = include_str!("page/style.css");
-const SCRIPTS: [&str; 4] = [
+const SCRIPTS: [&str; 5] = [
     include_str!("page/camera.js"),
     include_str!("page/link.js"),
+    include_str!("page/fields.js"),
     include_str!("page/timeline.js"),
     include_str!("page/main.js"),
 ];

@@ -163,6 +163,36 @@ async function looks_change_what_is_rendered(page) {
   await page.keyboard.press("Escape");
 }
 
+async function wrong_numbers_are_refused_at_their_fields(page) {
+  const before = await page.evaluate(() => JSON.stringify([page.camera, page.look, timeline.frame]));
+  const fov = (await page.locator("#fov").count()) > 0;
+  for (const [id, typed, text] of [
+    ["exposure", "999", "999 is above 64"], ["samples", "0", "0 is below 1"], ["frame", "-2e9", "-2000000000 is below -1000000000"],
+    ["roll", "e", "a number is needed here"], ["roll", "", "a number is needed here"], ["step", "0", "0 is not above 0"],
+    // The renderer knows this one only.
+    ...(fov ? [["fov", "180", "frame 1: the view is not an angle between 0 and 180 degrees or a focal length above 0"]] : []),
+  ]) {
+    const field = page.locator(`#${id}`);
+    const shown = await field.inputValue();
+    await field.fill("");
+    await field.pressSequentially(typed);
+    await field.press("Enter");
+    await page.locator("#refusal").waitFor();
+    assert.equal(await page.locator("#refusal").textContent(), text, `${id} ${typed}`);
+    assert.equal(await field.getAttribute("aria-invalid"), "true");
+    const [below, box] = [await page.locator("#refusal").boundingBox(), await field.boundingBox()];
+    assert.ok(Math.abs(below.y - box.y) < 60 && Math.abs(below.x - box.x) < 300, "the reason is at the field");
+    await page.keyboard.press("Escape");
+    assert.equal(await field.inputValue(), shown, `${id} shows what is`);
+  }
+  assert.equal(await page.evaluate(() => JSON.stringify([page.camera, page.look, timeline.frame])), before);
+  assert.equal(await page.locator("#link").textContent(), "connected");
+  await page.fill("#exposure", "0");
+  await page.keyboard.press("Enter");
+  assert.equal(await page.locator("#refusal").isVisible(), false);
+  await page.keyboard.press("Escape");
+}
+
 /** With three keys on the timeline, at the frames 1, 9 and 17. */
 async function the_timeline_is_used_by_keyboard_alone(page) {
   const frames = () => page.evaluate(() => timeline.keys.map((key) => key.frame).join());
@@ -453,6 +483,7 @@ try {
     six_keys_move_by_one_step,
     other_keys_the_pointer_and_fields_move_the_camera,
     looks_change_what_is_rendered,
+    wrong_numbers_are_refused_at_their_fields,
     a_held_key_lags_little,
     keyframes_are_saved_and_rendered_as_shown,
     the_timeline_is_used_by_keyboard_alone,

@@ -1,10 +1,12 @@
 // The connection to the renderer. What the page wants goes out as state: of cameras that wait, only the newest is sent.
 
+const byId = (id) => document.getElementById(id);
+
 const link = {
   socket: null,
   client: 0,
   seq: 0,
-  /** When each message that changes the view was asked for; those that no picture has answered yet. */
+  /** When each message that changes the view was asked for, and by which field; those that no picture has answered yet. */
   waiting: new Map(),
   /** Milliseconds from an input to the first picture that shows it. */
   latencies: [],
@@ -49,7 +51,7 @@ async function receivePicture(data, socket) {
   link.on.picture(header, image);
   if (header.client === link.client) {
     const now = performance.now();
-    for (const [seq, asked] of link.waiting) {
+    for (const [seq, { asked }] of link.waiting) {
       if (seq > header.seq) break;
       link.waiting.delete(seq);
       link.latencies.push(now - asked);
@@ -79,12 +81,12 @@ function startNextTurn() {
 }
 
 /**
- * Sends a message that changes the view. `asked` is the time of the input. Of several messages of one kind between two pictures
+ * Sends a message that changes the view. `asked` is the time of the input, `field` the one that was changed. Of several messages of one kind between two pictures
  * of the screen, the first goes out at once and the last with the next picture.
  */
-function sendView(message, asked = performance.now()) {
+function sendView(message, asked = performance.now(), field = null) {
   link.seq += 1;
-  link.waiting.set(link.seq, asked);
+  link.waiting.set(link.seq, { asked, field });
   const numbered = { ...message, seq: link.seq };
   if (outbox.message && outbox.message.t !== message.t) flushOutbox();
   if (outbox.isBusy) {

@@ -64,8 +64,7 @@ link.on.facts = (facts) => {
   byId("file").title = facts.file;
   byId("file").className = facts.is_changed ? "changed" : "";
   byId("command").textContent = facts.command;
-  const fields = { integrator: "integrator", pass: "pass", display: "view", exposure: "exposure", samples: "samples", scale: "scale" };
-  for (const [id, key] of Object.entries(fields)) setField(byId(id), facts.look[key]);
+  showLook();
 };
 
 link.on.scene = ({ has_changed, is_loading, error }) => {
@@ -109,14 +108,17 @@ link.on.picked = ({ id, found }) => {
   }
 };
 
-link.on.note = ({ is_error, text }) => {
-  note(text, is_error);
+link.on.note = ({ is_error, text, seq }) => {
+  const field = link.waiting.get(seq)?.field;
+  if (!field) note(text, is_error);
   if (!is_error || !page.header) return;
   // What was refused is not waited for.
   link.waiting.clear();
   page.camera = page.header.camera;
   showCamera();
   setFrame(page.header.frame);
+  showLook();
+  if (field) refuseField(field, text);
 };
 
 link.on.foreign = () => {
@@ -155,23 +157,21 @@ function showStatistics(header) {
 
 // The camera
 
-function wantCamera(camera, asked) {
+function wantCamera(camera, asked, field) {
   page.camera = camera;
-  sendView({ t: "view", camera }, asked);
+  sendView({ t: "view", camera }, asked, field);
   showCamera();
 }
 
-function setLens(name, value) {
-  wantCamera({ ...page.camera, lens: { ...page.camera.lens, [name]: value } });
+function setLens(name, value, field) {
+  wantCamera({ ...page.camera, lens: { ...page.camera.lens, [name]: value } }, performance.now(), field);
 }
 
-function setField(field, value) {
-  if (document.activeElement !== field) field.value = value;
-}
-
+/** The names of lens parameters with their bounds. */
 const LENS = {
-  fov: "Field of view", fov_x: "Width of view", focal_length: "Focal length, mm", aperture_radius: "Aperture radius",
-  fstop: "f-number", focus_distance: "Focus", shift_x: "Shift right", shift_y: "Shift up",
+  fov: ["Field of view", 0, 180], fov_x: ["Width of view", 0, 180], focal_length: ["Focal length, mm", 0],
+  aperture_radius: ["Aperture radius", 0], fstop: ["f-number", 0], focus_distance: ["Focus", 0], shift_x: ["Shift right"],
+  shift_y: ["Shift up"],
 };
 
 function showCamera() {
@@ -191,35 +191,39 @@ function showCamera() {
   names.forEach((name, i) => setField(holder.children[i].querySelector("input"), rounded(lens[name])));
 }
 
-function numberInput(label, change) {
-  const input = document.createElement("input");
-  input.type = "number";
-  input.step = "any";
-  if (label) input.setAttribute("aria-label", label);
-  input.onchange = () => {
-    if (Number.isFinite(input.valueAsNumber)) change(input.valueAsNumber);
-    else showCamera();
+function onNumber(field, change) {
+  field.onchange = () => {
+    const value = numberOf(field);
+    if (value !== null) change(value, field);
   };
+}
+
+function numberInput(label, change, min = "", max = "") {
+  const input = Object.assign(document.createElement("input"), { type: "number", step: "any", min, max });
+  if (label) input.setAttribute("aria-label", label);
+  onNumber(input, change);
   return input;
 }
 
 function lensField(name) {
+  const [text, ...bounds] = LENS[name];
   const label = document.createElement("label");
-  const input = numberInput("", (v) => setLens(name, v));
+  const input = numberInput("", (v, field) => setLens(name, v, field), ...bounds);
   input.id = name;
-  label.append(`${LENS[name]} `, input);
+  label.append(`${text} `, input);
   return label;
 }
 
 for (const name of ["eye", "target", "up"]) {
   for (const i of [0, 1, 2]) {
-    const change = (v) => wantCamera({ ...page.camera, [name]: page.camera[name].map((old, j) => (i === j ? v : old)) });
+    const change = (v, field) => {
+      const vector = page.camera[name].map((old, j) => (i === j ? v : old));
+      wantCamera({ ...page.camera, [name]: vector }, performance.now(), field);
+    };
     byId(name).append(numberInput(`${name} ${"xyz"[i]}`, change));
   }
 }
-byId("roll").onchange = (event) => {
-  if (Number.isFinite(event.target.valueAsNumber)) wantCamera({ ...page.camera, roll: event.target.valueAsNumber });
-};
+onNumber(byId("roll"), (roll, field) => wantCamera({ ...page.camera, roll }, performance.now(), field));
 
 // Keys that move the camera: the first step at once, and while a key is held the speed
 
@@ -280,10 +284,11 @@ function showSteps() {
 }
 
 for (const id of ["step", "speed"]) {
-  byId(id).onchange = (event) => {
-    if (event.target.valueAsNumber > 0) page[id] = event.target.valueAsNumber;
+  onNumber(byId(id), (v, field) => {
+    if (v === 0) return refuseField(field, "0 is not above 0");
+    page[id] = v;
     showSteps();
-  };
+  });
 }
 
 const ACTIONS = {
@@ -381,14 +386,16 @@ function fillSelect(id, names) {
 for (const [id, key] of Object.entries({ integrator: "integrator", pass: "pass", display: "view" })) {
   byId(id).onchange = (event) => setLook({ [key]: event.target.value });
 }
-for (const id of ["exposure", "samples", "scale"]) {
-  byId(id).onchange = (event) => {
-    const value = Number(event.target.value);
-    if (event.target.value !== "" && Number.isFinite(value)) setLook({ [id]: id === "exposure" ? value : Math.round(value) });
-  };
+onNumber(byId("exposure"), (exposure, field) => setLook({ exposure }, field));
+onNumber(byId("samples"), (v, field) => setLook({ samples: Math.round(v) }, field));
+byId("scale").onchange = (event) => setLook({ scale: Number(event.target.value) });
+function setLook(change, field) {
+  sendView({ t: "look", look: { ...page.look, ...change } }, performance.now(), field);
 }
-function setLook(change) {
-  sendView({ t: "look", look: { ...page.look, ...change } });
+
+function showLook() {
+  const fields = { integrator: "integrator", pass: "pass", display: "view", exposure: "exposure", samples: "samples", scale: "scale" };
+  for (const [id, key] of Object.entries(fields)) setField(byId(id), page.look[key]);
 }
 
 function goToFrame(frame, isPlaying = false) {

@@ -2,8 +2,6 @@
 
 const timeline = { from: 1, to: 100, frame: 1, keys: [], isFitted: false, playing: null, fps: 24, on: {} };
 
-const byId = (id) => document.getElementById(id);
-
 function setKeys(keys) {
   timeline.keys = keys;
   if (keys.length > 0) {
@@ -39,7 +37,7 @@ function keyHere() {
 
 function drawTimeline() {
   for (const [id, value] of [["from", timeline.from], ["to", timeline.to], ["frame", timeline.frame]]) {
-    if (document.activeElement !== byId(id)) byId(id).value = value;
+    setField(byId(id), value);
   }
   byId("head").style.left = place(timeline.frame);
   byId("set-key").textContent = keyHere() ? "Replace key" : "Set key";
@@ -143,15 +141,16 @@ function startTimeline() {
   };
   for (const id of ["from", "to"]) {
     byId(id).onchange = (event) => {
-      const frame = Math.round(event.target.valueAsNumber);
-      if (Number.isFinite(frame)) timeline[id] = frame;
+      const frame = numberOf(event.target);
+      if (frame === null) return;
+      timeline[id] = Math.round(frame);
       if (timeline.to <= timeline.from) timeline.to = timeline.from + 1;
       drawTimeline();
     };
   }
   byId("frame").onchange = (event) => {
-    const frame = Math.round(event.target.valueAsNumber);
-    if (Number.isFinite(frame)) timeline.on.frame(frame);
+    const frame = numberOf(event.target);
+    if (frame !== null) timeline.on.frame(Math.round(frame));
   };
   byId("frame-before").onclick = () => timeline.on.frame(timeline.frame - 1);
   byId("frame-after").onclick = () => timeline.on.frame(timeline.frame + 1);
