@@ -65,11 +65,12 @@ pub(super) fn repair(mesh: &mut Mesh) -> Repairs {
         let normal = mesh.normals.get(i).and_then(|n| n.try_normalize());
         normal.unwrap_or(Vec3::Z).any_orthonormal_vector().extend(1.0)
     };
+    let [first, second] = mesh.uv_origins;
     Repairs {
         vertices,
         normals,
-        uvs: replace(&mut mesh.uvs, |t| t.is_finite(), |_| Vec2::ZERO)
-            + replace(&mut mesh.second_uvs, |t| t.is_finite(), |_| Vec2::ZERO),
+        uvs: replace(&mut mesh.uvs, |t| t.is_finite(), |_| Vec2::ZERO - first)
+            + replace(&mut mesh.second_uvs, |t| t.is_finite(), |_| Vec2::ZERO - second),
         colors: replace(&mut mesh.colors, |c| c.is_finite(), |_| Vec4::ONE),
         tangents: replace(&mut mesh.tangents, |t| t.is_finite(), across),
     }

@@ -12,6 +12,14 @@ pub const fn gamma(n: u32) -> f32 {
     nu / (1.0 - nu)
 }
 
+/// The decimal fraction that `x` is rounded from, if it has up to nine digits after the point; else `x`.
+pub fn decimal(x: f32) -> f64 {
+    let exact = f64::from(x);
+    let powers = std::iter::successors(Some(1.0), |power| Some(power * 10.0)).take(10);
+    let mut rounded = powers.map(|power: f64| (exact * power).round() / power);
+    rounded.find(|r| *r as f32 == x).unwrap_or(exact)
+}
+
 /// `a` where `condition` holds, else `b`; number by number, for the compiler to see that there is no branch.
 #[inline(always)]
 pub fn select(condition: bool, a: Vec3, b: Vec3) -> Vec3 {
@@ -61,6 +69,20 @@ pub fn floor(x: f32) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn decimal_numbers_are_those_that_a_file_has() {
+        for (x, decimal) in [
+            (0.1, 0.1),
+            (-0.3, -0.3),
+            (1_000_000.3, 1_000_000.3),
+            (7.0, 7.0),
+            (1e-7, 1e-7),
+        ] {
+            assert_eq!(super::decimal(x), decimal);
+        }
+        assert_eq!(super::decimal(f32::MIN_POSITIVE), f64::from(f32::MIN_POSITIVE));
+    }
 
     #[test]
     fn floors_are_those_of_the_library() {

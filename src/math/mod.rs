@@ -28,7 +28,7 @@ pub use cone::RayCone;
 pub use daabb::DAabb;
 pub use divisor::Divisor;
 pub use frame::Frame;
-pub use glam::{DAffine3, DMat3, DVec2, DVec3, Vec2, Vec3, Vec4};
+pub use glam::{DAffine2, DAffine3, DMat2, DMat3, DVec2, DVec3, Vec2, Vec3, Vec4};
 pub use ray::Ray;
 pub use rgb::Rgb;
 pub use sidedness::Sidedness;

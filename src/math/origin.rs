@@ -1,9 +1,10 @@
 //! Origins for things that lie far from the world's.
 //!
 //! Single precision counts 5,600 km in steps of half a metre. So a scene and a mesh far from the world's origin are kept
-//! around an origin of their own in single precision, and the place of that origin is known in double.
+//! around an origin of their own in single precision, and the place of that origin is known in double. The same holds for
+//! texture coordinates, which may be those of a map.
 
-use glam::DVec3;
+use glam::{DVec2, DVec3, Vec2};
 
 use super::DAabb;
 
@@ -34,6 +35,20 @@ pub fn of_box(bounds: &DAabb) -> Option<DVec3> {
     gains.then(|| rounded(center))
 }
 
+/// The origin for texture coordinates: a whole number on each axis, below them if they are far from 0 and close together
+/// compared with their distance, else 0. Coordinates that are not finite do not count.
+pub fn of_uvs(uvs: impl Iterator<Item = DVec2>) -> Vec2 {
+    let none = (DVec2::INFINITY, DVec2::NEG_INFINITY);
+    let (least, most) = (uvs.filter(|uv| uv.is_finite())).fold(none, |(least, most), uv| (least.min(uv), most.max(uv)));
+    let axis = |least: f64, most: f64| {
+        let (center, half) = ((least + most) / 2.0, (most - least) / 2.0);
+        let gains = center.abs() >= FAR && half <= MAX_SIZE * center.abs() && center.is_finite();
+        if gains { least.floor() as f32 } else { 0.0 }
+    };
+    let origin = Vec2::new(axis(least.x, most.x), axis(least.y, most.y));
+    if origin.is_finite() { origin } else { Vec2::ZERO }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -53,6 +68,16 @@ mod tests {
         assert_eq!(around(DVec3::X * 999.0, 1.0), None);
         assert_eq!(around(DVec3::X * 5000.0, 1000.0), None);
         assert_eq!(of_box(&DAabb::EMPTY), None);
+    }
+
+    #[test]
+    fn texture_coordinates_far_from_0_have_a_whole_origin_on_each_axis() {
+        let of = |uvs: &[[f64; 2]]| of_uvs(uvs.iter().map(|uv| DVec2::from_array(*uv))).to_array();
+        assert_eq!(of(&[[1e6 + 0.25, -5000.5], [1e6 + 7.0, -4998.0]]), [1e6, -5001.0]);
+        assert_eq!(of(&[[1e6, 0.0], [1e6 + 1.0, 999.0], [f64::NAN, 5.0]]), [1e6, 0.0]);
+        assert_eq!(of(&[[0.0, -2000.0], [1e6, 2000.0]]), [0.0, 0.0]);
+        assert_eq!(of(&[]), [0.0, 0.0]);
+        assert_eq!(of(&[[1e300, f64::INFINITY]]), [0.0, 0.0]);
     }
 
     #[test]

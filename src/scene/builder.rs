@@ -101,7 +101,7 @@ impl SceneBuilder {
     }
 
     pub fn texture(&mut self, texture: Texture) -> TextureId {
-        self.textures.push(texture);
+        self.textures.push(texture.near());
         TextureId(self.textures.len() as u32 - 1)
     }
 
@@ -260,6 +260,7 @@ impl SceneBuilder {
                 normals: mesh.normals.iter().map(|n| transform.normal(*n)).collect(),
                 uvs: mesh.uvs.clone(),
                 second_uvs: mesh.second_uvs.clone(),
+                uv_origins: mesh.uv_origins,
                 colors: mesh.colors.clone(),
                 tangents: mesh.tangents.iter().map(|t| transform.tangent(*t)).collect(),
             });
@@ -302,6 +303,7 @@ impl SceneBuilder {
             normals: mesh.normals,
             uvs: mesh.uvs,
             second_uvs: mesh.second_uvs,
+            uv_origins: mesh.uv_origins,
             colors: mesh.colors,
             tangents: mesh.tangents,
         });

@@ -272,6 +272,7 @@ pub(super) fn texture_point(
     };
     let mut at = TexturePoint {
         uv: surface.uv,
+        uv_origin: mesh.uv_origins[0],
         ..place
     };
     if mesh.has_attributes() {

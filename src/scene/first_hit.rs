@@ -36,7 +36,7 @@ impl FirstHit {
             ng: surface.ng,
             ns: surface.ns,
             wo: surface.wo,
-            uv: surface.texture.uv,
+            uv: surface.texture.true_uv(),
             distance,
             prim: hit.prim,
             object: surface.object,

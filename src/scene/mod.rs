@@ -100,6 +100,8 @@ pub struct MeshRecord {
     /// Per vertex; empty where the file has none.
     pub uvs: Vec<Vec2>,
     pub second_uvs: Vec<Vec2>,
+    /// See [`Mesh::uv_origins`](crate::shape::mesh::Mesh::uv_origins).
+    pub uv_origins: [Vec2; 2],
     /// Linear colours with opacity, per vertex; empty where the file has none.
     pub colors: Vec<Vec4>,
     /// Per vertex, in world space; empty if they are derived from the texture coordinates.

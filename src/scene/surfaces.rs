@@ -241,6 +241,7 @@ impl Scene {
                 let face = self.face(geometry, hit.prim);
                 (surface.object, surface.material) = (face.mesh.object, face.mesh.material);
                 surface.texture.uv = Vec2::new(hit.u, hit.v);
+                surface.texture.uv_origin = face.mesh.uv_origins[0];
                 if needs_texture(surface.material) || !face.mesh.uvs.is_empty() {
                     let (uv, dpdu, dpdv) = triangle::parameters(face.corners, face.uvs(), hit.u, hit.v);
                     surface.texture.uv = uv;
@@ -270,6 +271,7 @@ impl Scene {
         };
         surface.texture = TexturePoint {
             uv: surface.texture.uv,
+            uv_origin: surface.texture.uv_origin,
             dpdu,
             dpdv,
             ..place
@@ -301,7 +303,7 @@ impl Scene {
             None => placed.shape.surface(ray, &shape_hit),
             Some(t) => placed.shape.surface(&t.ray_to_local(ray), &shape_hit),
         };
-        surface.texture.uv = local.uv;
+        (surface.texture.uv, surface.texture.uv_origin) = (local.uv, Vec2::ZERO);
         if needs_texture(material) {
             surface.texture = TexturePoint {
                 curvature: placed.shape.curvature(),
@@ -351,10 +353,13 @@ impl Scene {
         let smooth = face.smooth(hit, ray.d, t);
         (placed_geometry.smooth, placed_geometry.lift) = (smooth.normal, smooth.lift);
         (surface.object, surface.material) = (instance.object, instance.material.unwrap_or(face.mesh.material));
-        surface.texture.uv = local.uv;
+        (surface.texture.uv, surface.texture.uv_origin) = (local.uv, face.mesh.uv_origins[0]);
         if needs_texture(surface.material) {
             (surface.dpdu, surface.dpdv) = (t.vector_to_world(local.dpdu), t.vector_to_world(local.dpdv));
-            surface.texture = texture_point(&local);
+            surface.texture = TexturePoint {
+                uv_origin: face.mesh.uv_origins[0],
+                ..texture_point(&local)
+            };
             instance.fill_texture_point(surface, &placed_geometry, &self.geometry.object_transforms);
             face.fill_attributes(hit, surface);
             let tangent = surface.tangent;

@@ -19,6 +19,7 @@ impl MeshRecord {
         let mut attributes = VertexAttributes::NONE;
         if !self.second_uvs.is_empty() {
             let [a, b, c] = corners.map(|i| self.second_uvs[i]);
+            attributes.second_uv_origin = self.uv_origins[1];
             attributes.second_uv = a * weights[0] + b * weights[1] + c * weights[2];
             attributes.second_per_uv = match self.uvs.is_empty() {
                 true => [b - a, c - a],

@@ -20,7 +20,9 @@
 //! scene. A triangle's normal points to the side from which its corners run counterclockwise. A model without
 //! normals is shaded flat.
 //!
-//! Vertices of OBJ files are read in double precision: a file in the coordinates of a map keeps its details.
+//! Vertices of OBJ files are read in double precision: a file in the coordinates of a map keeps its details. Texture coordinates of
+//! OBJ and PLY files are read so as well. Those of any mesh that are all far from 0, by 1000 and more, are kept relative to a whole
+//! number of repetitions.
 //!
 //! | file | what is read |
 //! |---|---|
@@ -76,7 +78,7 @@ use thiserror::Error;
 
 use crate::{
     kind::named,
-    math::{Aabb, DVec3, Vec2, Vec3, Vec4},
+    math::{Aabb, DVec2, DVec3, Vec2, Vec3, Vec4, origin},
     value::{Positive, Spanned},
 };
 
@@ -137,6 +139,8 @@ pub struct Mesh {
     pub uvs: Vec<Vec2>,
     /// More texture coordinates, for textures that lie in another way.
     pub second_uvs: Vec<Vec2>,
+    /// Whole numbers to which `uvs` and `second_uvs` are relative, see [`around_origin`].
+    pub uv_origins: [Vec2; 2],
     /// Linear colours with opacity, which multiply those of the material: none, or one for each vertex.
     pub colors: Vec<Vec4>,
     /// Tangents along u, perpendicular to the normals, and 1 or -1 for the side of the bitangent: none, or one for each
@@ -171,6 +175,15 @@ pub enum MeshError {
     },
     #[error("there are {vertices} vertices, more than 32 bits can count")]
     TooManyVertices { vertices: usize },
+}
+
+/// The origin of texture coordinates, and the coordinates relative to it. It is 0 unless they are far from 0, where single
+/// precision would round them.
+pub fn around_origin(uvs: impl Iterator<Item = DVec2> + Clone) -> (Vec2, Vec<Vec2>) {
+    let origin = origin::of_uvs(uvs.clone());
+    let far = origin.as_dvec2();
+    let relative = |uv: DVec2| if origin == Vec2::ZERO { uv } else { uv - far }.as_vec2();
+    (origin, uvs.map(relative).collect())
 }
 
 impl Mesh {

@@ -16,7 +16,7 @@ use serde::Deserialize;
 
 use super::{Bitmap, FindBitmap, PatternKind};
 use crate::{
-    math::{Rgb, Vec2},
+    math::{DVec2, Rgb, Vec2, float},
     value::{Positive, Problem, RgbFactor},
 };
 
@@ -49,6 +49,10 @@ impl PatternKind for Checker {
         let square = (st * self.scale).floor();
         let odd = (square.x + square.y).rem_euclid(2.0) == 1.0;
         self.colors[usize::from(odd)]
+    }
+
+    fn periods(&self) -> DVec2 {
+        DVec2::splat(2.0 / float::decimal(self.scale))
     }
 
     fn max_value(&self, _bitmaps: &[Bitmap]) -> Rgb {

@@ -35,7 +35,7 @@ use serde::Deserialize;
 
 use super::{Bitmap, BitmapId, FindBitmap, PatternKind, bitmap::ColorSpace, channel_of};
 use crate::{
-    math::{Rgb, Vec2, exponential, float},
+    math::{DVec2, Rgb, Vec2, exponential, float},
     value::{Channel, Problem, Spanned},
 };
 
@@ -102,6 +102,15 @@ impl Wrap {
             return Some(i as u32);
         }
         self.texel_outside(i, n)
+    }
+
+    /// The length after which it repeats the picture; 0 if it does not.
+    fn period(self) -> f64 {
+        match self {
+            Self::Repeat => 1.0,
+            Self::Mirror => 2.0,
+            Self::Clamp | Self::Black => 0.0,
+        }
     }
 
     /// The same outside of the picture.
@@ -269,6 +278,10 @@ impl PatternKind for ImagePattern {
             sum += self.between_levels(bitmap, st + footprint.long_axis * along, footprint.level);
         }
         sum / footprint.probes as f32
+    }
+
+    fn periods(&self) -> DVec2 {
+        DVec2::from_array(self.wrap.map(Wrap::period))
     }
 
     fn steps(&self, bitmaps: &[Bitmap]) -> Vec2 {

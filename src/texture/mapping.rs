@@ -162,6 +162,16 @@ impl Mapping {
         }
     }
 
+    /// The whole numbers to which [`Mapping::st`] is relative.
+    #[inline]
+    pub(super) fn origin(&self, at: &TexturePoint) -> Vec2 {
+        match self {
+            Self::Uv => at.uv_origin,
+            Self::SecondUv => at.vertex.second_uv_origin,
+            Self::Planar { .. } | Self::Spherical | Self::Asin => Vec2::ZERO,
+        }
+    }
+
     /// Whether the tangents of a surface follow its coordinates.
     pub(super) fn has_tangents(&self) -> bool {
         matches!(self, Self::Uv | Self::SecondUv)

@@ -6,7 +6,7 @@
 
 use crate::{
     kind::kinds,
-    math::{ColorConversion, Rgb, Vec2, Vec3, Vec4, WorkingSpace},
+    math::{ColorConversion, DVec2, Rgb, Vec2, WorkingSpace},
     value::{Channel, Problem},
 };
 
@@ -16,11 +16,13 @@ pub mod constant;
 pub mod image;
 pub mod mapping;
 pub mod mipmap;
+mod point;
 pub mod stripes;
 pub mod transform;
 
 pub use bitmap::Bitmap;
 pub use mapping::{Mapping, MappingDesc};
+pub use point::{TexturePoint, TextureSpace, VertexAttributes};
 pub use transform::{StTransform, StTransformDesc};
 
 /// Steps per unit of a pattern without texels, where its slope is asked for.
@@ -33,106 +35,6 @@ pub struct TextureId(pub u32);
 /// An index into the scene's bitmaps.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct BitmapId(pub u32);
-
-/// The space of a point on a texture.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum TextureSpace {
-    /// The object's own.
-    Object,
-    /// The scene's, around its origin: that of objects whose own space is the world.
-    Scene,
-}
-
-/// A point of a surface in object space, so that a texture moves with its object.
-#[derive(Clone, Copy, Debug)]
-pub struct TexturePoint {
-    pub uv: Vec2,
-    pub p: Vec3,
-    pub space: TextureSpace,
-    /// Unit geometric normal, as authored.
-    pub n: Vec3,
-    /// The derivatives of `p` with respect to `uv`; zero where it has none.
-    pub dpdu: Vec3,
-    pub dpdv: Vec3,
-    /// The curvature of the surface, in radians per metre; negative if it is concave on the normal's
-    /// side.
-    pub curvature: f32,
-    /// The two axes of the footprint in `uv`, from end to end; zero for a point.
-    pub footprint: [Vec2; 2],
-    /// Attributes that the vertices of a mesh give beside `uv`.
-    pub vertex: VertexAttributes,
-}
-
-/// Attributes of a mesh at a point, interpolated between its vertices.
-#[derive(Clone, Copy, Debug)]
-pub struct VertexAttributes {
-    /// Other texture coordinates.
-    pub second_uv: Vec2,
-    /// The change of `second_uv` along `u` and along `v`.
-    pub second_per_uv: [Vec2; 2],
-    pub color: Rgb,
-    /// From 0 to 1.
-    pub opacity: f32,
-}
-
-impl VertexAttributes {
-    /// Those of a mesh that has none.
-    pub const NONE: Self = Self {
-        second_uv: Vec2::ZERO,
-        second_per_uv: [Vec2::ZERO; 2],
-        color: Rgb::WHITE,
-        opacity: 1.0,
-    };
-
-    /// Those of a linear colour with its opacity.
-    pub fn of_color(color: Vec4) -> Self {
-        let [r, g, b, opacity] = color.to_array();
-        Self {
-            color: Rgb::new(r, g, b),
-            opacity,
-            ..Self::NONE
-        }
-    }
-}
-
-impl TexturePoint {
-    /// A point without further data, in the object's own space.
-    pub fn new(p: Vec3, n: Vec3) -> Self {
-        Self {
-            uv: Vec2::ZERO,
-            p,
-            space: TextureSpace::Object,
-            n,
-            dpdu: Vec3::ZERO,
-            dpdv: Vec3::ZERO,
-            curvature: 0.0,
-            footprint: [Vec2::ZERO; 2],
-            vertex: VertexAttributes::NONE,
-        }
-    }
-
-    /// The point `duv` away on the plane that touches the surface.
-    pub fn moved(&self, duv: Vec2) -> Self {
-        let along = self.vertex.second_per_uv;
-        Self {
-            uv: self.uv + duv,
-            p: self.p + self.dpdu * duv.x + self.dpdv * duv.y,
-            vertex: VertexAttributes {
-                second_uv: self.vertex.second_uv + along[0] * duv.x + along[1] * duv.y,
-                ..self.vertex
-            },
-            ..*self
-        }
-    }
-
-    /// The same for an object whose own space is the world; `p` is relative to the scene's origin.
-    pub fn in_scene(p: Vec3, n: Vec3) -> Self {
-        Self {
-            space: TextureSpace::Scene,
-            ..Self::new(p, n)
-        }
-    }
-}
 
 /// The contract of every pattern.
 pub trait PatternKind {
@@ -168,6 +70,11 @@ pub trait PatternKind {
         self.eval(bitmaps, st)
     }
 
+    /// The lengths after which the pattern repeats along s and t; 0 where it never does.
+    fn periods(&self) -> DVec2 {
+        DVec2::ZERO
+    }
+
     /// The number of steps per unit of s and t that tell neighbouring values apart: texels, if there are any.
     fn steps(&self, _bitmaps: &[Bitmap]) -> Vec2 {
         Vec2::splat(PATTERN_STEPS)
@@ -201,6 +108,8 @@ kinds! {
     fn filtered_bitmap(&self) -> Option<BitmapId>;
     /// See [`PatternKind::mean`].
     fn mean(&self, bitmaps: &[Bitmap], st: Vec2, axes: [Vec2; 2]) -> Rgb;
+    /// See [`PatternKind::periods`].
+    fn periods(&self) -> DVec2;
     /// See [`PatternKind::steps`].
     fn steps(&self, bitmaps: &[Bitmap]) -> Vec2;
 }
@@ -216,10 +125,32 @@ pub struct Texture {
 }
 
 impl Texture {
+    /// The same texture, its offset less by whole repetitions if it is far from 0.
+    pub fn near(self) -> Self {
+        let transform = self.transform.near(self.pattern.periods());
+        Self { transform, ..self }
+    }
+
+    /// Where the pattern is evaluated.
+    #[inline]
+    fn st(&self, at: &TexturePoint) -> Vec2 {
+        let (st, origin) = (self.mapping.st(at), self.mapping.origin(at));
+        if origin != Vec2::ZERO {
+            return self.far(st, origin);
+        }
+        self.transform.point(st)
+    }
+
+    /// The same for coordinates relative to an origin that is not 0.
+    #[cold]
+    fn far(&self, st: Vec2, origin: Vec2) -> Vec2 {
+        let origin = self.transform.offset_of(origin, self.pattern.periods());
+        self.transform.vector(st) + origin
+    }
+
     /// The opacity, from 0 to 1.
     pub fn alpha(&self, bitmaps: &[Bitmap], at: &TexturePoint) -> f32 {
-        let st = self.transform.point(self.mapping.st(at));
-        self.pattern.alpha(bitmaps, st)
+        self.pattern.alpha(bitmaps, self.st(at))
     }
 
     /// The directions in which s and t grow, each while the other stays, in the frame of the surface's tangent and bitangent, at a
@@ -253,7 +184,7 @@ impl Texture {
     /// The numbers at a point. Images with mip levels are averaged over the footprint; procedural
     /// patterns are evaluated at the point.
     fn data(&self, bitmaps: &[Bitmap], at: &TexturePoint) -> Rgb {
-        let st = self.transform.point(self.mapping.st(at));
+        let st = self.st(at);
         if self.pattern.filtered_bitmap().is_none() || at.footprint == [Vec2::ZERO; 2] {
             return self.pattern.eval(bitmaps, st);
         }
@@ -453,6 +384,7 @@ fn channel_of(color: Rgb, channel: Channel) -> f32 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::Vec3;
 
     #[test]
     fn two_channels_of_one_texture_are_as_each_alone() {

@@ -17,7 +17,7 @@ use serde::Deserialize;
 
 use super::{Bitmap, FindBitmap, PatternKind};
 use crate::{
-    math::{Rgb, Vec2},
+    math::{DVec2, Rgb, Vec2, float},
     value::{Positive, Problem, RgbFactor},
 };
 
@@ -48,6 +48,10 @@ impl PatternKind for Stripes {
     fn eval(&self, _bitmaps: &[Bitmap], st: Vec2) -> Rgb {
         let odd = (st.x / self.width).floor().rem_euclid(2.0) == 1.0;
         self.colors[usize::from(odd)]
+    }
+
+    fn periods(&self) -> DVec2 {
+        DVec2::new(2.0 * float::decimal(self.width), 0.0)
     }
 
     fn max_value(&self, _bitmaps: &[Bitmap]) -> Rgb {

@@ -18,7 +18,7 @@
 use serde::Deserialize;
 
 use crate::{
-    math::{Vec2, trig},
+    math::{DAffine2, DMat2, DVec2, Vec2, float, origin, trig},
     value::{Finite, OneOrEach},
 };
 
@@ -46,41 +46,81 @@ pub struct StTransform {
     /// The images of (1, 0) and (0, 1), relative to that of (0, 0).
     axes: [Vec2; 2],
     offset: Vec2,
+    /// The same map in double precision, of the decimal numbers in the file.
+    exact: DAffine2,
 }
 
 impl StTransform {
     pub const IDENTITY: Self = Self {
         axes: [Vec2::X, Vec2::Y],
         offset: Vec2::ZERO,
+        exact: DAffine2::IDENTITY,
     };
 
     /// Scales, then rotates by `degrees` from s towards t, then moves.
     pub fn new(offset: Vec2, degrees: f32, scale: Vec2) -> Self {
-        let (sin, cos) = match degrees.rem_euclid(360.0) {
-            0.0 => (0.0, 1.0),
-            90.0 => (1.0, 0.0),
-            180.0 => (0.0, -1.0),
-            270.0 => (-1.0, 0.0),
-            d => trig::sin_cos(trig::radians(d)),
+        Self::turned(offset, degrees, float::decimal(degrees).to_radians(), scale)
+    }
+
+    /// The same with the angle in double precision as well, in `radians`.
+    fn turned(offset: Vec2, degrees: f32, radians: f64, scale: Vec2) -> Self {
+        let right_angle = |sin: f32, cos: f32| ((sin, cos), (f64::from(sin), f64::from(cos)));
+        let ((sin, cos), (exact_sin, exact_cos)) = match degrees.rem_euclid(360.0) {
+            0.0 => right_angle(0.0, 1.0),
+            90.0 => right_angle(1.0, 0.0),
+            180.0 => right_angle(0.0, -1.0),
+            270.0 => right_angle(-1.0, 0.0),
+            d => (trig::sin_cos(trig::radians(d)), libm::sincos(radians)),
         };
+        let exact = |v: Vec2| DVec2::from_array(v.to_array().map(float::decimal));
+        let exact_scale = exact(scale);
+        let exact_axes = DMat2::from_cols(
+            DVec2::new(exact_cos, exact_sin) * exact_scale.x,
+            DVec2::new(-exact_sin, exact_cos) * exact_scale.y,
+        );
         Self {
             axes: [Vec2::new(cos, sin) * scale.x, Vec2::new(-sin, cos) * scale.y],
             offset,
+            exact: DAffine2::from_mat2_translation(exact_axes, exact(offset)),
         }
     }
 
     /// The same for coordinates u and v = 1 - t, which scales, then rotates by `radians` from v towards u, then moves: glTF's
     /// KHR_texture_transform.
     pub fn of_uv(offset: Vec2, radians: f32, scale: Vec2) -> Self {
-        let turned = Self::new(Vec2::ZERO, radians.to_degrees(), scale);
+        let mut turned = Self::turned(offset, radians.to_degrees(), float::decimal(radians), scale);
         let [_, t] = turned.axes;
-        let offset = Vec2::new(offset.x - t.x, 1.0 - t.y - offset.y);
-        Self { offset, ..turned }
+        turned.offset = Vec2::new(offset.x - t.x, 1.0 - t.y - offset.y);
+        let (t, offset) = (turned.exact.matrix2.y_axis, turned.exact.translation);
+        turned.exact.translation = DVec2::new(offset.x - t.x, 1.0 - t.y - offset.y);
+        turned
     }
 
     #[inline]
     pub fn point(&self, st: Vec2) -> Vec2 {
         self.vector(st) + self.offset
+    }
+
+    /// The image of `origin`, less by whole multiples of the `periods` of s and t. A period of 0 has none.
+    pub(super) fn offset_of(&self, origin: Vec2, periods: DVec2) -> Vec2 {
+        let image = self.exact.transform_point2(origin.as_dvec2());
+        let part = |x: f64, period: f64| {
+            if period > 0.0 {
+                x - (x / period).round() * period
+            } else {
+                x
+            }
+        };
+        DVec2::new(part(image.x, periods.x), part(image.y, periods.y)).as_vec2()
+    }
+
+    /// The same map with an offset that is less by whole multiples of `periods`, if it is far from 0.
+    pub(super) fn near(self, periods: DVec2) -> Self {
+        if f64::from(self.offset.abs().max_element()) < origin::FAR {
+            return self;
+        }
+        let offset = self.offset_of(Vec2::ZERO, periods);
+        Self { offset, ..self }
     }
 
     /// The image of a difference of two points.

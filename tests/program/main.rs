@@ -20,6 +20,7 @@ mod denoise_jobs;
 mod docs;
 mod encodings;
 mod far;
+mod far_uvs;
 mod farm;
 mod float_pictures;
 mod hostile;

@@ -18,8 +18,8 @@ use crate::{
         repair::{Repairs, repair},
         tangents,
     },
-    math::{Vec2, Vec3, Vec4},
-    shape::mesh::Mesh,
+    math::{DVec2, Vec2, Vec3, Vec4},
+    shape::mesh::{Mesh, around_origin},
 };
 
 /// The identity of a mesh: primitives that name the same arrays in the same shape share one mesh.
@@ -172,12 +172,15 @@ fn mesh(document: &Document<'_>, key: &Key, mode: Mode) -> Result<Mesh, GltfProb
     let positions = document.vectors(positions)?;
     let triangles = triangles(mode, &indices);
     let normals = normals.map_or(Ok(Vec::new()), |i| document.vectors(i))?;
+    let coordinates = |set: Option<usize>| set.map_or(Ok(Default::default()), |i| coordinates(document, i));
+    let ((first_origin, first), (second_origin, second)) = (coordinates(uvs)?, coordinates(second_uvs)?);
     let mesh = Mesh {
         positions,
         // An invalid normal becomes 0, which stands for that of the face.
         normals: normals.into_iter().map(Vec3::normalize_or_zero).collect(),
-        uvs: uvs.map_or(Ok(Vec::new()), |i| coordinates(document, i))?,
-        second_uvs: second_uvs.map_or(Ok(Vec::new()), |i| coordinates(document, i))?,
+        uvs: first,
+        second_uvs: second,
+        uv_origins: [first_origin, second_origin],
         colors: colors.map_or(Ok(Vec::new()), |i| {
             Ok(bounded(vertex_colors(document, i)?, document.largest(i)?))
         })?,
@@ -197,10 +200,13 @@ fn mesh(document: &Document<'_>, key: &Key, mode: Mode) -> Result<Mesh, GltfProb
     Ok(mesh)
 }
 
-/// Reads texture coordinates; v points down in glTF.
-fn coordinates(document: &Document<'_>, accessor: usize) -> Result<Vec<Vec2>, GltfProblem> {
+/// Reads texture coordinates and their origin; v points down in glTF.
+fn coordinates(document: &Document<'_>, accessor: usize) -> Result<(Vec2, Vec<Vec2>), GltfProblem> {
     let pairs = document.floats::<2>(accessor)?;
-    Ok(pairs.into_iter().map(|[u, v]| Vec2::new(u, 1.0 - v)).collect())
+    let flipped = pairs
+        .iter()
+        .map(|[u, v]| DVec2::new(f64::from(*u), 1.0 - f64::from(*v)));
+    Ok(around_origin(flipped))
 }
 
 /// Reads linear colours; those without alpha are opaque.

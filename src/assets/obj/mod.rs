@@ -10,7 +10,7 @@
 //! read are errors with their line. Numbers that are not finite cost their vertex or attribute, and broken normals give way to
 //! those of the faces.
 //!
-//! Vertices are read in double precision. If all are far from the file's origin, as in map coordinates, they are stored relative
+//! Vertices and texture coordinates are read in double precision. If all are far from the file's origin, as in map coordinates, they are stored relative
 //! to an origin of their own ([`crate::math::origin`]), which all parts share.
 
 mod error;
@@ -20,6 +20,7 @@ mod normalize;
 pub(super) mod polygon;
 mod positions;
 mod smooth;
+mod uvs;
 
 use std::{collections::HashMap, path::Path};
 
@@ -33,8 +34,8 @@ use super::{
     tangents,
 };
 use crate::{
-    math::{Vec2, Vec3, Vec4, srgb},
-    shape::mesh::{Mesh, MeshError},
+    math::{DVec2, Vec2, Vec3, Vec4, srgb},
+    shape::mesh::{Mesh, MeshError, around_origin},
     warnings::WarningKind,
 };
 use mtl::MaterialUse;
@@ -77,7 +78,9 @@ pub fn parse(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, ObjError
         path: path.to_owned(),
     };
     let mut normalized = normalize::normalize(&text, Treatment::default()).map_err(at)?;
+    let far_uvs = normalized.may_have_far_uvs.then(|| uvs::far(&text)).flatten();
     let treatment = Treatment {
+        numbers_uvs: far_uvs.is_some(),
         origin: normalized.may_be_far.then(|| positions::origin(&text)).flatten(),
         keeps_colors: normalized.has_colors,
     };
@@ -111,7 +114,10 @@ pub fn parse(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, ObjError
         .map(|g| {
             let run = g.name.parse().ok().and_then(|i: usize| normalized.runs.get(i));
             let run = run.ok_or_else(|| "a group without a number".to_owned())?;
-            Ok((run, mesh(&g.mesh, scale, &mut repairs).map_err(|e| e.to_string())?))
+            Ok((
+                run,
+                mesh(&g.mesh, scale, far_uvs.as_deref(), &mut repairs).map_err(|e| e.to_string())?,
+            ))
         })
         .collect::<Result<Vec<_>, _>>()
         .map_err(broken)?;
@@ -156,7 +162,14 @@ fn colors(group: &tobj::Mesh, scale: f32) -> Vec<Vec4> {
 }
 
 /// The mesh of a group, with triangulated faces.
-fn mesh(group: &tobj::Mesh, color_scale: f32, repairs: &mut Repairs) -> Result<Mesh, MeshError> {
+///
+/// `far_uvs` are the texture coordinates of the file, if the group has their numbers.
+fn mesh(
+    group: &tobj::Mesh,
+    color_scale: f32,
+    far_uvs: Option<&[DVec2]>,
+    repairs: &mut Repairs,
+) -> Result<Mesh, MeshError> {
     let vec3 = |v: &[f32]| Vec3::new(v[0], v[1], v[2]);
     let positions: Vec<Vec3> = group.positions.chunks_exact(3).map(vec3).collect();
     let mut triangles = Vec::with_capacity(group.indices.len() / 3);
@@ -171,6 +184,11 @@ fn mesh(group: &tobj::Mesh, color_scale: f32, repairs: &mut Repairs) -> Result<M
             polygon::triangulate(&corners, |t| triangles.push(t.map(|i| face[i])));
         }
     }
+    let uvs = group.texcoords.chunks_exact(2);
+    let (uv_origin, uvs) = match far_uvs {
+        None => (Vec2::ZERO, uvs.map(|t| Vec2::new(t[0], t[1])).collect()),
+        Some(all) => around_origin(uvs.map(|t| all[uvs::number([t[0], t[1]])])),
+    };
     let mut mesh = Mesh {
         positions,
         triangles,
@@ -179,7 +197,8 @@ fn mesh(group: &tobj::Mesh, color_scale: f32, repairs: &mut Repairs) -> Result<M
             .chunks_exact(3)
             .map(|n| vec3(n).normalize_or_zero())
             .collect(),
-        uvs: group.texcoords.chunks_exact(2).map(|t| Vec2::new(t[0], t[1])).collect(),
+        uvs,
+        uv_origins: [uv_origin, Vec2::ZERO],
         colors: colors(group, color_scale),
         ..Mesh::default()
     };

@@ -8,7 +8,7 @@ use std::collections::HashMap;
 
 use super::{
     lines::{Lines, argument, name, words},
-    positions,
+    positions, uvs,
 };
 use crate::{
     assets::{model::ModelNode, repair::is_not_finite},
@@ -38,6 +38,8 @@ pub(super) struct Normalized {
     pub nodes: Vec<ModelNode>,
     /// Whether a coordinate of a vertex may be far from 0.
     pub may_be_far: bool,
+    /// The same of a texture coordinate.
+    pub may_have_far_uvs: bool,
     /// Whether a vertex has a colour.
     pub has_colors: bool,
     /// The number of invalid normals, which became 0.
@@ -67,6 +69,8 @@ pub(super) struct Treatment {
     pub origin: Option<DVec3>,
     /// Whether every vertex gets a colour, white if it has none.
     pub keeps_colors: bool,
+    /// Whether texture coordinates become their numbers, see [`uvs`].
+    pub numbers_uvs: bool,
 }
 
 /// An error with its line.
@@ -90,6 +94,7 @@ pub(super) fn normalize(text: &[u8], treatment: Treatment) -> Result<Normalized,
         libraries: Vec::new(),
         nodes: Vec::new(),
         may_be_far: false,
+        may_have_far_uvs: false,
         has_colors: false,
         bad_normals: 0,
         skipped: [0; SKIPPED.len()],
@@ -124,7 +129,10 @@ pub(super) fn normalize(text: &[u8], treatment: Treatment) -> Result<Normalized,
             }
             b"vt" | b"VT" => {
                 counts[1] += 1;
-                out.numbers(text, 2);
+                out.may_have_far_uvs |= words(text).skip(1).take(2).any(positions::may_be_far);
+                if !(treatment.numbers_uvs && uvs::append_number(text, counts[1] - 1, &mut out.text)) {
+                    out.numbers(text, 2);
+                }
             }
             b"vn" | b"VN" => {
                 counts[2] += 1;
@@ -163,9 +171,8 @@ pub(super) fn normalize(text: &[u8], treatment: Treatment) -> Result<Normalized,
             }
             _ if keyword.eq_ignore_ascii_case(b"mtllib") => out.libraries.push(argument(text).to_vec()),
             _ => {
-                let known = SKIPPED
-                    .iter()
-                    .position(|(name, _)| name.as_bytes().eq_ignore_ascii_case(keyword));
+                let is_this = |(name, _): &(&str, &str)| name.as_bytes().eq_ignore_ascii_case(keyword);
+                let known = SKIPPED.iter().position(is_this);
                 known.into_iter().for_each(|at| out.skipped[at] += 1);
             }
         }

@@ -13,7 +13,8 @@ use crate::{
         bare::{BareMeshProblem, PlacedMesh},
         obj::polygon,
     },
-    math::{Vec2, Vec3, Vec4},
+    math::{DVec2, Vec3, Vec4},
+    shape::mesh::around_origin,
 };
 
 /// Bytes of memory for a corner that has a colour or texture coordinates of its own.
@@ -31,7 +32,7 @@ pub(super) struct Faces {
     pub colors: Vec<Vec4>,
     pub color_type: Option<NumberType>,
     /// The texture coordinates of each corner in `corners`, where faces have them.
-    uvs: Vec<Vec2>,
+    uvs: Vec<DVec2>,
     has_uvs: bool,
 }
 
@@ -109,7 +110,7 @@ impl Faces {
                         Role::Channel { which, number } => color[which] = source.number(number)?,
                         Role::Uvs { count, item } => {
                             for _ in 0..list_length(source, count)? {
-                                uvs.push(source.number(item)? as f32);
+                                uvs.push(source.number(item)?);
                             }
                         }
                         Role::Other => skip_property(source, property)?,
@@ -122,7 +123,7 @@ impl Faces {
                 if is_face && self.has_uvs {
                     // A list that is too short stands for no coordinates.
                     let own = (0..self.corners.len() - start).map(|k| uvs.get(2 * k..2 * k + 2));
-                    self.uvs.extend(own.map(|uv| uv.map_or(Vec2::ZERO, Vec2::from_slice)));
+                    self.uvs.extend(own.map(|uv| uv.map_or(DVec2::ZERO, DVec2::from_slice)));
                 }
                 Ok(())
             };
@@ -249,17 +250,17 @@ impl Faces {
 /// Vertices of which each has one colour and one pair of texture coordinates.
 #[derive(Default)]
 struct Parted {
-    known: HashMap<(u32, [u32; 6]), u32>,
+    known: HashMap<(u32, [u32; 4], [u64; 2]), u32>,
     /// The vertex that each comes from, and its own values.
-    vertices: Vec<(u32, Option<Vec4>, Option<Vec2>)>,
+    vertices: Vec<(u32, Option<Vec4>, Option<DVec2>)>,
     plain_triangles: usize,
 }
 
 impl Parted {
-    fn vertex(&mut self, from: u32, color: Option<Vec4>, uv: Option<Vec2>) -> u32 {
-        let (c, t) = (color.unwrap_or(Vec4::NAN), uv.unwrap_or(Vec2::NAN));
-        let bits = [c.x, c.y, c.z, c.w, t.x, t.y].map(f32::to_bits);
-        *self.known.entry((from, bits)).or_insert_with(|| {
+    fn vertex(&mut self, from: u32, color: Option<Vec4>, uv: Option<DVec2>) -> u32 {
+        let color_bits = color.unwrap_or(Vec4::NAN).to_array().map(f32::to_bits);
+        let uv_bits = uv.unwrap_or(DVec2::NAN).to_array().map(f64::to_bits);
+        *self.known.entry((from, color_bits, uv_bits)).or_insert_with(|| {
             self.vertices.push((from, color, uv));
             self.vertices.len() as u32 - 1
         })
@@ -271,16 +272,17 @@ impl Parted {
         let has_colors = !mesh.colors.is_empty() || self.vertices.iter().any(|(_, color, _)| color.is_some());
         let has_uvs = !mesh.uvs.is_empty() || self.vertices.iter().any(|(_, _, uv)| uv.is_some());
         let positions: Vec<Vec3> = self.vertices.iter().map(|v| mesh.positions[of(v.0)]).collect();
-        let color = |(from, own, _): &(u32, Option<Vec4>, Option<Vec2>)| {
+        let color = |(from, own, _): &(u32, Option<Vec4>, Option<DVec2>)| {
             own.or(mesh.colors.get(of(*from)).copied()).unwrap_or(Vec4::ONE)
         };
-        let uv = |(from, _, own): &(u32, Option<Vec4>, Option<Vec2>)| {
-            own.or(mesh.uvs.get(of(*from)).copied()).unwrap_or_default()
-        };
+        let vertex_uv = |from: u32| Some(mesh.uvs.get(of(from))?.as_dvec2() + mesh.uv_origins[0].as_dvec2());
+        let uv = |(from, _, own): &(u32, Option<Vec4>, Option<DVec2>)| own.or(vertex_uv(*from)).unwrap_or_default();
         let colors = self.vertices.iter().filter(|_| has_colors).map(color).collect();
-        let uvs = self.vertices.iter().filter(|_| has_uvs).map(uv).collect();
+        let all = self.vertices.iter().filter(|_| has_uvs).map(uv);
+        let (uv_origin, uvs) = around_origin(all);
         let normals = self.vertices.iter().filter(|_| !mesh.normals.is_empty());
         mesh.normals = normals.map(|v| mesh.normals[of(v.0)]).collect();
         (mesh.positions, mesh.colors, mesh.uvs) = (positions, colors, uvs);
+        mesh.uv_origins[0] = uv_origin;
     }
 }

@@ -26,14 +26,17 @@ use super::{
     model::{Model, ModelChoice, Treatment},
     model_format::{ModelError, ModelFormat},
 };
-use crate::math::{DVec3, Vec2, Vec3};
+use crate::{
+    math::{DVec2, DVec3, Vec3},
+    shape::mesh::around_origin,
+};
 use faces::Faces;
 use header::{Element, Encoding, Header, NumberType, Property, PropertyKind};
 use source::{BigEndian, Binary, LittleEndian, Source, Text};
 use values::{broken, skip, skip_property, stopped};
 
-/// The most bytes of memory for each vertex: a position, also in double precision, a normal, texture coordinates and a colour.
-const VERTEX_MEMORY: u64 = 12 + 24 + 12 + 8 + 16;
+/// The most bytes of memory for each vertex: a position and texture coordinates, also in double precision, a normal and a colour.
+const VERTEX_MEMORY: u64 = 12 + 24 + 12 + 8 + 16 + 16;
 
 /// The format.
 pub struct Ply;
@@ -197,7 +200,7 @@ fn read_vertices(
     mesh.positions.reserve_exact(if has_doubles { 0 } else { count });
     mesh.normals.reserve_exact(if has_normals { count } else { 0 });
     mesh.colors.reserve_exact(if has_colors { count } else { 0 });
-    mesh.uvs.reserve_exact(if has_uvs { count } else { 0 });
+    let mut uvs = Vec::with_capacity(if has_uvs { count } else { 0 });
     let alpha = number_type(&slots, Slot::A);
     let mut own = [1.0; SLOTS];
     for i in 0..element.count {
@@ -225,14 +228,14 @@ fn read_vertices(
             mesh.normals.push(vec3(Slot::Nx));
         }
         if has_uvs {
-            let at = |slot: Slot| own[slot as usize] as f32;
-            mesh.uvs.push(Vec2::new(at(Slot::S), at(Slot::T)));
+            uvs.push(DVec2::new(own[Slot::S as usize], own[Slot::T as usize]));
         }
         if has_colors {
             let a = own[Slot::A as usize] / alpha.one();
             mesh.colors.push(vec3(Slot::R).extend(a.clamp(0.0, 1.0) as f32));
         }
     }
+    (mesh.uv_origins[0], mesh.uvs) = around_origin(uvs.into_iter());
     if has_doubles {
         placed.set_positions(&doubles);
     }

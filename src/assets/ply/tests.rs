@@ -1,6 +1,6 @@
 use super::*;
 use crate::assets::bare::for_each_damage;
-use crate::math::{Vec4, srgb};
+use crate::math::{Vec2, Vec4, srgb};
 
 fn read(bytes: &[u8]) -> Result<Model, String> {
     let problem = |e: BareMeshProblem| e.at("a.ply".into()).to_string();
