@@ -62,6 +62,7 @@ pub(super) fn choose(own: &Frame, mean: &Signal, windows: &[Filtered; 2]) -> Den
         beauty,
         light: (0..mean.light.len()).map(layer).collect(),
         error: None,
+        alpha: None,
         is_exact: exact(own),
     };
     scale_families(own, &mut denoised);
@@ -149,7 +150,7 @@ pub(super) fn error_weights(own: &Frame, filtered: &[Color; 2]) -> Vec<f32> {
     let dark = (DARK * mean as f32).powi(2);
     let weight = |i: usize| {
         let square = sum(&own.modulation, i).powi(2);
-        square / (lights[i] * lights[i] + dark).max(f32::MIN_POSITIVE)
+        own.tells_noise(i) * square / (lights[i] * lights[i] + dark).max(f32::MIN_POSITIVE)
     };
     (0..pixels).map(weight).collect()
 }

@@ -10,6 +10,8 @@ pub struct Denoised {
     pub light: Vec<Color>,
     /// The estimated error of the beauty: root mean square over the channels, times the albedo. Open Image Denoise tells none.
     pub error: Option<Color>,
+    /// The alpha, where it is not that of the frame.
+    pub alpha: Option<Vec<f32>>,
     /// Whether a pixel had no noise; it is to stay as it is.
     pub is_exact: Vec<bool>,
 }

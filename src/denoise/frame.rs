@@ -37,7 +37,7 @@ impl Guides {
 }
 
 /// Divides each number by its alpha; 0 where that is 0.
-fn divide(values: &mut [f32], alpha: &[f32]) {
+pub(super) fn divide(values: &mut [f32], alpha: &[f32]) {
     for (value, alpha) in values.iter_mut().zip(alpha) {
         *value = if *alpha > 0.0 { *value / alpha } else { 0.0 };
     }
@@ -64,6 +64,8 @@ pub struct Frame {
     pub resolution: [u32; 2],
     /// The part of each pixel that is covered; light is premultiplied by it.
     pub alpha: Vec<f32>,
+    /// The alpha of each half of the samples.
+    pub alpha_halves: [Vec<f32>; 2],
     /// Light divided by `modulation`.
     pub signal: Signal,
     pub modulation: Color,
@@ -108,11 +110,39 @@ impl Frame {
             }
             smooth
         });
+        self.leave_alpha_out(&mut halves);
         self.signal = Signal {
             halves,
             variance,
             light,
         };
+    }
+
+    /// 1 where both halves of the samples meet something, so that their difference is noise; else 0.
+    pub(super) fn tells_noise(&self, i: usize) -> f32 {
+        f32::from(self.alpha_halves.iter().all(|half| half[i] > 0.0))
+    }
+
+    /// Makes halves, which are divided by the alpha of all samples, differ as much as they do when each is divided by its own alpha: the
+    /// noise of the coverage is no noise of the light. Their mean stays.
+    fn leave_alpha_out(&self, halves: &mut [Color; 2]) {
+        let [alpha_a, alpha_b] = &self.alpha_halves;
+        let [half_a, half_b] = halves;
+        for (a, b) in half_a.iter_mut().zip(half_b) {
+            for (i, (a, b)) in a.iter_mut().zip(b).enumerate() {
+                let (alpha, own) = (self.alpha[i], [alpha_a[i], alpha_b[i]]);
+                if own == [alpha; 2] {
+                    continue;
+                }
+                let mean = 0.5 * (*a + *b);
+                let apart = match self.tells_noise(i) > 0.0 {
+                    true => 0.5 * alpha * (*a / own[0] - *b / own[1]),
+                    false => 0.0,
+                };
+                let apart = apart.clamp(-mean.abs(), mean.abs());
+                (*a, *b) = (mean + apart, mean - apart);
+            }
+        }
     }
 
     /// The number of pixels with outliers that were cut, and the part of all light that they held.

@@ -1,7 +1,7 @@
 //! Frames denoised by Open Image Denoise, whose network learned what pictures look like.
 
 use super::{
-    choose,
+    choose, coverage,
     denoised::Denoised,
     frame::Frame,
     nlm,
@@ -15,30 +15,37 @@ use crate::{
 /// Denoises `mean`, the mean over time at the pixels of `own`.
 pub(super) fn denoise(own: &Frame, mean: &Signal, oidn: &mut Oidn, simd: Isa) -> Result<Denoised, OidnError> {
     let pixels = own.pixels();
-    let noisy = |c: usize, i: usize| {
-        let mean = 0.5 * (mean.halves[0][c][i] + mean.halves[1][c][i]);
-        mean * own.modulation[c][i]
-    };
+    let noisy: Color = std::array::from_fn(|c| {
+        let halves = mean.halves[0][c].iter().zip(&mean.halves[1][c]);
+        let light = halves.zip(&own.modulation[c]).map(|((a, b), by)| 0.5 * (a + b) * by);
+        light.collect()
+    });
+    let noisy = coverage::fill(&noisy, &own.alpha, own.size);
+    let [albedo, normal] = [&own.guides.albedo, &own.guides.normal].map(|guide| {
+        let covered = |plane: &Vec<f32>| plane.iter().zip(&own.alpha).map(|(v, alpha)| v * alpha).collect();
+        coverage::fill(&guide.each_ref().map(covered), &own.alpha, own.size)
+    });
     let interleaved =
         |value: &dyn Fn(usize, usize) -> f32| -> Vec<f32> { (0..3 * pixels).map(|at| value(at % 3, at / 3)).collect() };
     let mut output = vec![0.0; 3 * pixels];
     oidn.denoise(&mut OidnImages {
         width: own.size[0],
         height: own.size[1],
-        color: &mut interleaved(&noisy),
-        albedo: &mut interleaved(&|c, i| own.guides.albedo[c][i]),
-        normal: &mut interleaved(&|c, i| own.guides.normal[c][i]),
+        color: &mut interleaved(&|c, i| noisy[c][i]),
+        albedo: &mut interleaved(&|c, i| albedo[c][i]),
+        normal: &mut interleaved(&|c, i| normal[c][i]),
         output: &mut output,
     })?;
     let mut beauty: Color = black(pixels);
     for (at, value) in output.into_iter().enumerate() {
-        beauty[at % 3][at / 3] = value;
+        beauty[at % 3][at / 3] = value * own.alpha[at / 3];
     }
     if mean.light.is_empty() {
         return Ok(Denoised {
             beauty,
             light: Vec::new(),
             error: None,
+            alpha: None,
             is_exact: choose::exact(own),
         });
     }

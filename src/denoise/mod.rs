@@ -11,7 +11,8 @@
 //!
 //! Everything works on the halves of each pixel's samples: weights from one half average the other, so that a pixel's noise
 //! does not choose its own neighbours, and the difference of the results measures the noise that is left. Light is divided by
-//! the albedo before and multiplied afterwards, so textures stay sharp. All light layers get the weights of the beauty.
+//! the albedo before and multiplied afterwards, so textures stay sharp. All light layers get the weights of the beauty. The alpha is
+//! filtered as a picture of its own, and light over alpha apart from it (`coverage`).
 //!
 //! Sources: Rousselle, Knaus, Zwicker, "Adaptive Rendering with Non-Local Means Filtering", SIGGRAPH Asia 2012,
 //! doi:10.1145/2366145.2366214; Rousselle, Manzi, Zwicker, "Robust Denoising using Feature and Color Information", Pacific
@@ -21,6 +22,7 @@
 mod accumulate;
 mod blur;
 mod choose;
+mod coverage;
 mod denoised;
 mod error;
 mod frame;
@@ -56,13 +58,15 @@ pub enum Method {
 /// Open Image Denoise has failed.
 pub fn denoise(own: &Frame, others: &[&Frame], method: &mut Method, simd: Isa) -> Result<Denoised, OidnError> {
     let mean = accumulate::accumulate(own, others, simd);
-    match method {
+    let mut denoised = match method {
         Method::NonLocalMeans => {
             let windows = nlm::filter(&mean, own, simd);
-            Ok(choose::choose(own, &mean, &windows))
+            choose::choose(own, &mean, &windows)
         }
-        Method::Oidn(oidn) => learned::denoise(own, &mean, oidn, simd),
-    }
+        Method::Oidn(oidn) => learned::denoise(own, &mean, oidn, simd)?,
+    };
+    coverage::filter_alpha(own, others, &mut denoised, simd);
+    Ok(denoised)
 }
 
 #[cfg(test)]

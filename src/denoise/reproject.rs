@@ -25,9 +25,7 @@ type Taps = [(u32, f32); 4];
 
 /// The other frame at the pixels of `own`; `None` where it cannot be told where they are.
 pub(super) fn reproject(own: &Frame, other: &Frame) -> Option<Reprojected> {
-    let rests = (own.camera.is_some() && own.camera == other.camera)
-        && (own.origin, own.resolution) == (other.origin, other.resolution);
-    if rests && own.scene.is_some() && own.scene == other.scene {
+    if is_still(own, other) {
         return Some(Reprojected {
             signal: same_pixels(own, other),
             found: own
@@ -39,6 +37,7 @@ pub(super) fn reproject(own: &Frame, other: &Frame) -> Option<Reprojected> {
             is_still: true,
         });
     }
+    let rests = rests(own, other);
     let projection = if rests {
         None
     } else {
@@ -79,6 +78,16 @@ pub(super) fn reproject(own: &Frame, other: &Frame) -> Option<Reprojected> {
         found,
         is_still: false,
     })
+}
+
+/// Whether the camera rests and the scene is the same.
+pub(super) fn is_still(own: &Frame, other: &Frame) -> bool {
+    rests(own, other) && own.scene.is_some() && own.scene == other.scene
+}
+
+fn rests(own: &Frame, other: &Frame) -> bool {
+    let window = |frame: &Frame| (frame.origin, frame.resolution);
+    own.camera.is_some() && own.camera == other.camera && window(own) == window(other)
 }
 
 /// The weight of a pixel of another frame by the alphas of both.

@@ -51,6 +51,8 @@ pub struct AccumulatorLayout {
     mean_variances: Vec<(usize, usize)>,
     /// The planes of the beauty of a half of the samples: their index in the film, and the half.
     halves: Vec<(usize, usize)>,
+    /// The planes of the alpha of both halves.
+    alpha_halves: Vec<usize>,
     /// Whether accumulators hold the beauty by halves.
     keeps_halves: bool,
     /// The number of the first sample of the second half.
@@ -82,6 +84,7 @@ impl AccumulatorLayout {
             means: Vec::new(),
             mean_variances: Vec::new(),
             halves: Vec::new(),
+            alpha_halves: Vec::new(),
             keeps_halves: false,
             second_half: samples / 2,
             statistics: Vec::new(),
@@ -103,6 +106,10 @@ impl AccumulatorLayout {
                 }
                 PassSource::Half(half) => {
                     layout.halves.push((plane, half));
+                    layout.keeps_halves = true;
+                }
+                PassSource::AlphaHalves => {
+                    layout.alpha_halves.push(plane);
                     layout.keeps_halves = true;
                 }
                 PassSource::Statistic(statistic) => layout.statistics.push((plane, statistic)),
@@ -243,7 +250,7 @@ impl TileAccumulator {
                     moments.add(sample.l, sample.weight);
                 }
                 if let Some(halves) = self.halves.get_mut(pixel) {
-                    halves.add(layout.half(sample.index), sample.l, sample.weight);
+                    halves.add(layout.half(sample.index), sample.l, sample.alpha, sample.weight);
                 }
             } else {
                 invalid += 1;
@@ -295,7 +302,7 @@ impl TileAccumulator {
             };
             self.features[i].add(value, 0.0, sample.weight);
             if let Some(halves) = self.feature_halves.get_mut(i) {
-                halves.add(layout.half(sample.index), value, sample.weight);
+                halves.add(layout.half(sample.index), value, 0.0, sample.weight);
             }
         }
     }
@@ -382,6 +389,10 @@ impl TileAccumulator {
         self.resolve_features(layout, film);
         for (plane, half) in &layout.halves {
             film.put(*plane, self.tile, self.halves.iter().map(|halves| halves.mean(*half)));
+        }
+        for plane in &layout.alpha_halves {
+            let alphas = self.halves.iter().map(|halves| [0, 1].map(|half| halves.alpha(half)));
+            film.put(*plane, self.tile, alphas);
         }
         for (plane, statistic) in &layout.statistics {
             match statistic {

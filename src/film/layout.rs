@@ -85,6 +85,7 @@ impl FilmLayout {
                     | PassSource::Mean(_)
                     | PassSource::MeanVariance(_)
                     | PassSource::Half(_)
+                    | PassSource::AlphaHalves
                     | PassSource::Statistic(_),
                     _,
                 ) => planes.push(plane(spec, None)),

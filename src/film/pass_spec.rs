@@ -82,6 +82,8 @@ pub enum PassSource {
     MeanVariance(Feature),
     /// The beauty of the first (0) or the second half (1) of the samples.
     Half(usize),
+    /// The alpha of both halves of the samples.
+    AlphaHalves,
     /// A statistic of the samples of the beauty.
     Statistic(Statistic),
 }
@@ -138,7 +140,10 @@ impl PassSpec {
 
     /// Whether it needs the halves of a pixel's samples, and so their number in advance.
     pub fn is_by_halves(&self) -> bool {
-        matches!(self.source, PassSource::Half(_) | PassSource::MeanVariance(_))
+        matches!(
+            self.source,
+            PassSource::Half(_) | PassSource::AlphaHalves | PassSource::MeanVariance(_)
+        )
     }
 
     /// Whether denoisers read it, so that the name `denoise` includes it.

@@ -277,6 +277,16 @@ pub const PASSES: &[PassSpec] = &[
         1,
         "the beauty of the second half; the same as of the first for a single sample",
     ),
+    PassSpec {
+        name: "alpha_halves",
+        channels: &["A", "B"],
+        pixel: PixelType::Half,
+        combine: Combine::Filtered,
+        background: 0.0,
+        display: Display::Signed,
+        source: PassSource::AlphaHalves,
+        about: "the alpha of `beauty_a` and that of `beauty_b`",
+    },
     variance(
         "albedo_variance",
         &["R", "G", "B"],

@@ -62,26 +62,32 @@ pub struct HalfSums([PixelSum; 2]);
 impl HalfSums {
     /// Makes all samples of `sum` the first half.
     pub fn of_first(sum: &PixelSum) -> Self {
-        let first = PixelSum {
-            alpha: 0.0,
-            unsigned_alpha: 0.0,
-            ..*sum
-        };
-        Self([first, PixelSum::default()])
+        Self([*sum, PixelSum::default()])
     }
 
     /// Adds a sample of this half, 0 or 1; `weight` is 1, or -1 where the filter is negative.
     #[inline]
-    pub fn add(&mut self, half: usize, l: Rgb, weight: f32) {
-        self.0[half].add(l, 0.0, weight);
+    pub fn add(&mut self, half: usize, l: Rgb, alpha: f32, weight: f32) {
+        self.0[half].add(l, alpha, weight);
+    }
+
+    /// The mean of this half of the samples without its alpha.
+    pub fn mean(&self, half: usize) -> [f32; 3] {
+        let [r, g, b, _] = self.resolve(half);
+        [r, g, b]
+    }
+
+    /// The alpha of this half of the samples.
+    pub fn alpha(&self, half: usize) -> f32 {
+        self.resolve(half)[3]
     }
 
     /// The mean of this half of the samples, of the other half if this one is empty, and 0 without samples.
-    pub fn mean(&self, half: usize) -> [f32; 3] {
+    fn resolve(&self, half: usize) -> [f32; 4] {
         let is_there = |sum: &&PixelSum| sum.count() > 0;
         let own = Some(&self.0[half]).filter(is_there);
         own.or(Some(&self.0[1 - half]).filter(is_there))
-            .map_or([0.0; 3], PixelSum::rgb)
+            .map_or([0.0; 4], PixelSum::resolve)
     }
 
     /// The variance of the mean of both halves, if they are independent: `((a - b) / 2)^2`; 0 if one has no samples.
@@ -173,18 +179,20 @@ mod tests {
     fn halves_tell_their_means_and_the_variance_of_both_together() {
         let mut halves = HalfSums::default();
         assert_eq!((halves.mean(0), halves.variance()), ([0.0; 3], [0.0; 3]));
-        halves.add(0, Rgb::new(1.0, 2.0, 0.0), 1.0);
+        halves.add(0, Rgb::new(1.0, 2.0, 0.0), 0.25, 1.0);
         assert_eq!((halves.mean(1), halves.variance()), ([1.0, 2.0, 0.0], [0.0; 3]));
-        halves.add(1, Rgb::new(5.0, 2.0, 0.0), 1.0);
-        halves.add(1, Rgb::new(9.0, 2.0, 0.0), 1.0);
+        halves.add(1, Rgb::new(5.0, 2.0, 0.0), 0.5, 1.0);
+        halves.add(1, Rgb::new(9.0, 2.0, 0.0), 1.0, 1.0);
         assert_eq!(halves.mean(1), [7.0, 2.0, 0.0]);
         assert_eq!(halves.variance(), [9.0, 0.0, 0.0]);
+        assert_eq!([0, 1].map(|half| halves.alpha(half)), [0.25, 0.75]);
         // All of them may become the first half.
         let mut sum = PixelSum::default();
         sum.add(Rgb::gray(3.0), 1.0, 1.0);
         let mut halves = HalfSums::of_first(&sum);
-        halves.add(1, Rgb::gray(5.0), 1.0);
+        halves.add(1, Rgb::gray(5.0), 0.0, 1.0);
         assert_eq!((halves.mean(0), halves.mean(1)), ([3.0; 3], [5.0; 3]));
+        assert_eq!([0, 1].map(|half| halves.alpha(half)), [1.0, 0.0]);
     }
 
     #[test]

@@ -137,7 +137,7 @@ mod tests {
         assert_eq!(names(&["all"]).len(), PASSES.len() - 1);
         let denoise = names(&["denoise"]);
         assert_eq!(denoise[..4], ["albedo", "objectId", "beauty_a", "beauty_b"]);
-        assert_eq!(denoise.len(), 9);
+        assert_eq!(denoise.len(), 10);
         let error = PassRequest::parse_list(["dept"]).unwrap_err();
         assert_eq!(error.suggestion(), Some("depth"));
         assert!(PassRequest::parse("cost").is_err() && PassRequest::parse("lightgroup_").is_err());

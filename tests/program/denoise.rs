@@ -92,6 +92,44 @@ fn denoised_frames_are_nearer_to_the_truth_and_keep_the_noisy_picture() {
     }
 }
 
+/// A card out of focus that emits 0.8, 0.4 and 0.2, over nothing.
+const CARD: &str = r#"
+[render]
+width = 48
+height = 32
+[camera]
+perspective = { eye = [0, 0, 4], target = [-0.9, 0, 0], fov = 30, aperture_radius = 0.25, focus_distance = 8 }
+[background]
+color = [0.5, 0.7, 1.0]
+visible = false
+[material.card]
+emitter = { radiance = [0.8, 0.4, 0.2] }
+[[object]]
+material = "card"
+shape.quad = { corners = [[-1.6, -0.9, 0], [-0.3, -0.9, 0], [-0.3, 0.9, 0], [-1.6, 0.9, 0]] }
+"#;
+
+#[test]
+fn red_over_alpha_of_a_card_equals_08_and_its_alpha_is_nearer_to_the_truth() {
+    let folder = Folder::new();
+    folder.write("s.toml", CARD);
+    folder.succeed(&words(&[
+        "s.toml -q --samples 16 --exr-type float --denoise -o f.exr --aovs emission",
+    ]));
+    folder.succeed(&words(&[
+        "s.toml -q --samples 1024 --seed 9 --exr-type float -o truth.exr",
+    ]));
+    let [noisy, denoised, truth] = ["noisy/f.exr", "f.exr", "truth.exr"].map(|name| folder.open_exr(name));
+    let alpha = [&noisy, &denoised, &truth].map(|image| channel(image, "A"));
+    let (before, after) = (square_error(&alpha[0], &alpha[2]), square_error(&alpha[1], &alpha[2]));
+    assert!(after < 0.7 * before, "{after} {before}");
+    for (layer, light) in [("R", 0.8), ("G", 0.4), ("emission.B", 0.2)] {
+        for (value, alpha) in channel(&denoised, layer).iter().zip(&alpha[1]) {
+            assert!((value - light * alpha).abs() < 2e-5, "{layer}: {value} {alpha}");
+        }
+    }
+}
+
 #[test]
 fn chunks_and_threads_give_the_bytes_of_the_whole() {
     for more in [&[][..], &["--multipart", "--compression", "zip"]] {

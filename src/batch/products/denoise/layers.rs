@@ -118,6 +118,8 @@ pub(super) fn frame(file: &ExrFile, layers: &[String], path: &Path) -> Result<Fr
         },
     };
     guides.divide_by_alpha(&alpha);
+    let alpha_halves = [reader.plane("alpha_halves.A")?, reader.plane("alpha_halves.B")?];
+    let alpha_halves = alpha_halves.map(<[f32]>::to_vec);
     let halves = [reader.color("beauty_a", RGB)?, reader.color("beauty_b", RGB)?];
     let mut light = Vec::new();
     for layer in layers {
@@ -141,6 +143,7 @@ pub(super) fn frame(file: &ExrFile, layers: &[String], path: &Path) -> Result<Fr
         resolution: [part.display.width(), part.display.height()],
         specular: specular(layers, &light),
         alpha,
+        alpha_halves,
         guides,
         scene: match file.attribute(SCENE) {
             Some(Value::String(scene)) => Some(scene.clone()),
@@ -226,6 +229,9 @@ pub(super) fn put(file: &mut ExrFile, layers: &[String], denoised: &Denoised) {
         for (layer, light) in layers.iter().zip(&denoised.light) {
             replace(file, &format!("{layer}.{channel}"), &light[c], &denoised.is_exact);
         }
+    }
+    if let Some(alpha) = &denoised.alpha {
+        replace(file, "A", alpha, &vec![false; alpha.len()]);
     }
     if !file.is_multi {
         file.parts[0].planes.extend(beside);
