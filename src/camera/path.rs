@@ -288,7 +288,7 @@ impl CameraPath {
     ///
     /// # Errors
     /// As those of [`CameraPath::at`].
-    pub fn over_shutter(&self, frame: i64, otherwise: Shutter) -> Result<[CameraState; 2], PathError> {
+    pub fn over_shutter(&self, frame: f64, otherwise: Shutter) -> Result<[CameraState; 2], PathError> {
         let interval = self.shutter_interval(frame, otherwise)?;
         Ok([self.at(interval.time(0.0))?, self.at(interval.time(1.0))?])
     }
@@ -297,8 +297,7 @@ impl CameraPath {
     ///
     /// # Errors
     /// As those of [`CameraPath::at`].
-    pub fn shutter_interval(&self, frame: i64, otherwise: Shutter) -> Result<ShutterInterval, PathError> {
-        let frame = frame as f64;
+    pub fn shutter_interval(&self, frame: f64, otherwise: Shutter) -> Result<ShutterInterval, PathError> {
         let shutter = self.at(frame)?.shutter.unwrap_or(otherwise);
         let next = self.cuts.partition_point(|cut| *cut <= frame);
         Ok(ShutterInterval {
@@ -309,12 +308,12 @@ impl CameraPath {
         })
     }
 
-    /// Returns the camera of `frame` while the shutter is open, with the lens of the scene and the
-    /// overrides of the path.
+    /// Returns the camera of `frame`, which may lie between two frames, while the shutter is open, with
+    /// the lens of the scene and the overrides of the path.
     ///
     /// # Errors
     /// As those of [`CameraPath::at`].
-    pub fn frame_camera(&self, frame: i64, scene: &Lens, film: FilmSize) -> Result<FrameCamera, PathError> {
+    pub fn frame_camera(&self, frame: f64, scene: &Lens, film: FilmSize) -> Result<FrameCamera, PathError> {
         let interval = self.shutter_interval(frame, Shutter::default())?;
         let camera = |u: f64| Ok(self.at(interval.time(u))?.camera(scene, film));
         let own = if interval.time(0.0) == interval.time(1.0) {
@@ -322,17 +321,17 @@ impl CameraPath {
         } else {
             FrameCamera::moving(camera)?
         };
-        let neighbour = |frame: i64| {
+        let neighbour = |frame: f64| {
             // Nothing moves over a cut.
-            let is_same_shot = (interval.begin..=interval.end).contains(&(frame as f64));
+            let is_same_shot = (interval.begin..=interval.end).contains(&frame);
             let interval = self.shutter_interval(frame, Shutter::default()).ok()?;
             let state = self.at(interval.time(0.0)).ok().filter(|_| is_same_shot)?;
             Some(state.camera(scene, film))
         };
         let Shutter { open, close } = interval.shutter;
         Ok(own.with_exposure(close - open).with_neighbours(Neighbours {
-            previous: neighbour(frame - 1),
-            next: neighbour(frame + 1),
+            previous: neighbour(frame - 1.0),
+            next: neighbour(frame + 1.0),
         }))
     }
 

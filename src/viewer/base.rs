@@ -135,8 +135,8 @@ impl Base {
     }
 
     /// The camera of a path at a frame; `None` outside of the path.
-    pub fn camera_at(&self, path: Option<&CameraPath>, frame: i64) -> Option<ViewCamera> {
-        let state = path?.at(frame as f64).ok()?;
+    pub fn camera_at(&self, path: Option<&CameraPath>, frame: f64) -> Option<ViewCamera> {
+        let state = path?.at(frame).ok()?;
         Some(ViewCamera::of_state(&state, self.up(), self.distance()))
     }
 

@@ -184,8 +184,7 @@ impl ViewCamera {
     ///
     /// # Errors
     /// The pose or the lens is invalid.
-    pub fn state(&self, frame: i64) -> Result<CameraState, PathError> {
-        let frame = frame as f64;
+    pub fn state(&self, frame: f64) -> Result<CameraState, PathError> {
         CameraPath::new(&[self.key(frame)])?.at(frame)
     }
 
@@ -193,7 +192,7 @@ impl ViewCamera {
     ///
     /// # Errors
     /// The pose or the lens is invalid.
-    pub fn frame_camera(&self, frame: i64, lens: &Lens, film: FilmSize) -> Result<FrameCamera, PathError> {
-        CameraPath::new(&[self.key(frame as f64)])?.frame_camera(frame, lens, film)
+    pub fn frame_camera(&self, frame: f64, lens: &Lens, film: FilmSize) -> Result<FrameCamera, PathError> {
+        CameraPath::new(&[self.key(frame)])?.frame_camera(frame, lens, film)
     }
 }

@@ -120,10 +120,14 @@ impl Keyframes {
         Ok(())
     }
 
-    pub fn set(&mut self, key: &PathKey, scene: &Lens) -> Result<(), EditError> {
+    /// Adds or replaces a key. Returns its frame in the file, which has times to the microsecond.
+    pub fn set(&mut self, key: &PathKey, scene: &Lens) -> Result<f64, EditError> {
         self.document.set(key, scene)?;
         self.edited();
-        Ok(())
+        let away = |frame: &f64| (frame - key.frame).abs();
+        let frames = self.keys().map(|key| key.frame);
+        let nearest = frames.min_by(|a, b| away(a).total_cmp(&away(b)));
+        Ok(nearest.unwrap_or(key.frame))
     }
 
     pub fn move_key(&mut self, from: f64, to: f64) -> Result<(), EditError> {

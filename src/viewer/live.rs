@@ -171,8 +171,6 @@ impl ViewJob<'_> {
     fn full_settings(&self) -> Settings {
         let Task { plan, look, view, .. } = self.task;
         let resolution = plan.picture.settings.resolution.map(|side| side.div_ceil(look.scale));
-        // Frames of a view lie within the limits of paths, which are less than 2^31.
-        let frame = i32::try_from(view.frame).unwrap_or_default();
         Settings {
             resolution,
             window: Window::full(resolution),
@@ -180,7 +178,7 @@ impl ViewJob<'_> {
                 min: 1,
                 ..plan.picture.settings.samples
             },
-            noise_frame: plan.picture.seed_mode.frame(frame),
+            noise_frame: plan.picture.seed_mode.frame(view.whole_frame()),
             ..plan.picture.settings.clone()
         }
     }
@@ -201,7 +199,7 @@ impl ViewJob<'_> {
     /// Publishes the final picture, with the bytes of the job's file.
     fn publish_final(&self, film: &Film, camera: &FrameCamera) {
         let Task { plan, base, .. } = self.task;
-        let frame = i32::try_from(self.task.view.frame).unwrap_or_default();
+        let frame = self.task.view.whole_frame();
         let settings = self.full_settings();
         let fingerprint = Fingerprint::new(plan, &settings, base.inputs, (frame, camera));
         let metadata = fingerprint.metadata(plan, frame, camera);
@@ -230,7 +228,7 @@ impl ViewJob<'_> {
         let rays = self.counters.rays() - self.rays;
         let lens = self.task.base.lens;
         let lens = match &view.path {
-            Some(path) => path.at(view.frame as f64).map(|state| state.apply(&lens)),
+            Some(path) => path.at(view.frame).map(|state| state.apply(&lens)),
             None => view.camera.state(view.frame).map(|state| state.apply(&lens)),
         };
         let header = ViewHeader {

@@ -23,7 +23,7 @@ pub enum PageMessage {
     /// The page's frame; the camera becomes that of the path, if it has one there.
     Frame {
         seq: u64,
-        frame: i64,
+        frame: f64,
     },
     Look {
         seq: u64,

@@ -38,7 +38,7 @@ pub struct ViewHeader {
     /// The time since the start of rendering this view, in ms.
     pub ms: f64,
     pub rays_per_second: f64,
-    pub frame: i64,
+    pub frame: f64,
     /// Whether the camera is that of the path at the frame.
     pub on_path: bool,
     pub camera: ViewCamera,

@@ -26,7 +26,7 @@ use super::{
 };
 use crate::{
     batch::{Plan, Request},
-    camera::path::{Interp, MAX_FRAME, PathError},
+    camera::path::{CameraPath, Interp, MAX_FRAME, PathError},
     error::Error,
     math::Vec2,
     render::Cancel,
@@ -74,8 +74,8 @@ impl Session {
         let look = base.look();
         let plan = Arc::new(base.plan(&look)?);
         let (frame, path) = match keyframes.path() {
-            Some(path) => (*path.frames().start(), Some(Arc::clone(path))),
-            None => (1, None),
+            Some(path) => (first_frame(path), Some(Arc::clone(path))),
+            None => (1.0, None),
         };
         let camera = base.camera_at(path.as_deref(), frame).or_else(|| base.home_camera());
         let camera = camera.ok_or_else(|| Error::NoCamera {
@@ -202,9 +202,9 @@ impl Session {
     }
 
     /// Goes to a frame, with the camera of the path if it has one there.
-    pub fn set_frame(&self, from: (u64, u64), frame: i64) -> Result<(), String> {
-        if frame.abs() > MAX_FRAME {
-            return Err(PathError::FrameNumber(frame as f64).to_string());
+    pub fn set_frame(&self, from: (u64, u64), frame: f64) -> Result<(), String> {
+        if frame.abs() > MAX_FRAME as f64 {
+            return Err(PathError::FrameNumber(frame).to_string());
         }
         let mut state = self.lock();
         state.view.frame = frame;
@@ -228,10 +228,10 @@ impl Session {
     /// Adds or replaces the key of the current frame.
     pub fn set_key(&self) -> Result<(), String> {
         let mut state = self.lock();
-        let key = state.view.camera.key(state.view.frame as f64);
+        let key = state.view.camera.key(state.view.frame);
         let lens = state.base.lens;
         let set = state.keyframes.set(&key, &lens);
-        set.map_err(|e| e.to_string())?;
+        state.view.frame = set.map_err(|e| e.to_string())?;
         self.edited(&mut state);
         Ok(())
     }
@@ -441,6 +441,16 @@ impl Session {
 
     fn lock(&self) -> MutexGuard<'_, State> {
         self.state.lock().expect("no thread panics while it holds the session")
+    }
+}
+
+/// The first whole frame of a path, or its beginning if all of it lies between two frames.
+fn first_frame(path: &CameraPath) -> f64 {
+    let frames = path.frames();
+    if frames.is_empty() {
+        path.first()
+    } else {
+        *frames.start() as f64
     }
 }
 

@@ -20,13 +20,19 @@ pub struct View {
     /// The page that made the last change, and the number of its message.
     pub client: u64,
     pub seq: u64,
-    pub frame: i64,
+    /// May lie between two frames.
+    pub frame: f64,
     pub camera: ViewCamera,
     /// The path that gives the camera at the frame; `None` for `camera` itself.
     pub path: Option<Arc<CameraPath>>,
 }
 
 impl View {
+    /// The nearest whole frame. Frames lie within the limits of paths, which are less than 2^31.
+    pub fn whole_frame(&self) -> i32 {
+        self.frame.round() as i32
+    }
+
     /// The camera for a film.
     pub fn frame_camera(&self, lens: &Lens, film: FilmSize) -> Result<FrameCamera, PathError> {
         match &self.path {

@@ -14,6 +14,7 @@ import { createRequire } from "node:module";
 import os from "node:os";
 import path from "node:path";
 import { fileURLToPath } from "node:url";
+import { clashes, fits } from "./layout.mjs";
 
 const { chromium } = createRequire(path.join(process.env.PLAYWRIGHT, "package.json"))("playwright-core");
 const [program, screenshots] = process.argv.slice(2).map((name) => path.resolve(name));
@@ -26,11 +27,14 @@ const folder = fs.mkdtempSync(path.join(os.tmpdir(), "viewer-"));
 fs.cpSync(path.join(repository, "scenes/assignment"), path.join(folder, "assignment"), { recursive: true });
 const size = ["--resolution", "960x540"];
 
+const children = [];
+
 /** Starts the viewer and waits for its address. */
 async function start(args) {
   // It takes SIGINT even where this runs in the background of a shell that ignores it.
   const command = ["--default-signal=INT", program, "fly", ...args, ...size];
   const child = spawn("env", command, { cwd: folder, stdio: ["ignore", "pipe", "inherit"] });
+  children.push(child);
   let text = "";
   const url = await new Promise((resolve, reject) => {
     child.stdout.on("data", (data) => {
@@ -357,6 +361,34 @@ async function a_scene_that_changes_is_loaded_by_one_press(page) {
   await page.locator("#changed").waitFor({ state: "hidden" });
 }
 
+/** With a file of times, which are no whole frames at 24 frames per second. */
+async function keys_between_frames_are_reached_and_deleted(_page, browser, _url) {
+  const rows = ["0.00", "0.42", "0.83"].map((time, i) => `${time},${i / 10},0,4,0,0,0\n`);
+  fs.writeFileSync(path.join(folder, "times.csv"), `time,eye_x,eye_y,eye_z,target_x,target_y,target_z\n${rows.join("")}`);
+  const viewer = await start([scene, "--frames", "times.csv", "--fps", "24"]);
+  const other = await browser.newPage();
+  await other.goto(viewer.url.href);
+  await settled(other);
+  const frames = await other.evaluate(() => timeline.keys.map((key) => key.frame));
+  for (const frame of frames.slice(1)) {
+    await other.keyboard.press("PageDown");
+    await other.waitForFunction((f) => page.header.frame === f && page.header.on_path, frame);
+  }
+  await other.locator("#keys button").nth(1).click();
+  await other.waitForFunction((f) => page.header.frame === f, frames[1]);
+  assert.equal(await other.locator("#frame").inputValue(), "10.08");
+  await other.locator("#delete-key").click();
+  await other.waitForFunction(() => timeline.keys.length === 2);
+  await other.keyboard.press("Escape");
+  await other.keyboard.press("Comma");
+  await other.waitForFunction(() => page.header.frame === 10);
+  await other.fill("#frame", "19.92");
+  await other.keyboard.press("Enter");
+  await other.waitForFunction((f) => page.header.frame === f, frames[2]);
+  await other.close();
+  assert.equal(await ended(viewer.child), 0);
+}
+
 async function a_second_page_sees_the_same_camera(page, browser, url) {
   const other = await browser.newPage();
   await other.goto(url.href);
@@ -399,45 +431,6 @@ async function strangers_stay_outside(page, browser, url) {
   await page.waitForFunction(() => document.getElementById("link").textContent === "connected");
   await page.keyboard.press("Home");
   await settled(page);
-}
-
-/** Texts that do not fit into their place, or lie over one another. */
-function clashes() {
-  const isShown = (element) => element.checkVisibility() && element.getClientRects().length > 0;
-  const texts = [...document.querySelectorAll("body *")].filter((element) => {
-    const own = [...element.childNodes].some((node) => node.nodeType === Node.TEXT_NODE && node.textContent.trim() !== "");
-    return isShown(element) && own && !["SCRIPT", "STYLE", "OPTION"].includes(element.tagName);
-  });
-  const found = [];
-  const boxes = texts.map((element) => {
-    const range = document.createRange();
-    const node = [...element.childNodes].find((n) => n.nodeType === Node.TEXT_NODE && n.textContent.trim() !== "");
-    range.selectNodeContents(node);
-    return range.getBoundingClientRect();
-  });
-  const visible = texts.map((element, i) => {
-    // What a place that scrolls does not show lies over nothing.
-    const clip = element.closest("aside")?.getBoundingClientRect();
-    return !clip || (boxes[i].top >= clip.top && boxes[i].bottom <= clip.bottom);
-  });
-  boxes.forEach((a, i) => {
-    const place = texts[i].getBoundingClientRect();
-    if (a.right > place.right + 1 && getComputedStyle(texts[i]).overflow !== "hidden") found.push(`${texts[i].textContent} is cut off`);
-    if (visible[i] && (a.left < 0 || a.right > innerWidth + 1)) found.push(`${texts[i].textContent} leaves the window`);
-    boxes.slice(i + 1).forEach((b, j) => {
-      const over = Math.min(a.right, b.right) - Math.max(a.left, b.left) > 1 && Math.min(a.bottom, b.bottom) - Math.max(a.top, b.top) > 1;
-      if (over && visible[i] && visible[i + 1 + j]) found.push(`${texts[i].textContent} | ${texts[i + 1 + j].textContent}`);
-    });
-  });
-  const wide = [...document.querySelectorAll("body, main, header, footer, aside")].filter((e) => e.scrollWidth > e.clientWidth + 1);
-  return [...found, ...wide.map((element) => `${element.tagName} is too wide`)];
-}
-
-/** The picture is as large as its place allows, and not larger. */
-function fits() {
-  const [view, stage] = ["view", "stage"].map((id) => document.getElementById(id).getBoundingClientRect());
-  const gaps = [stage.width - view.width, stage.height - view.height];
-  return Math.min(...gaps) >= 0 && Math.min(...gaps) < 2;
 }
 
 async function the_page_is_readable(page) {
@@ -490,6 +483,7 @@ try {
     the_job_runs_on_the_page_and_stops,
     the_connection_is_lost_and_found,
     a_scene_that_changes_is_loaded_by_one_press,
+    keys_between_frames_are_reached_and_deleted,
     a_second_page_sees_the_same_camera,
     strangers_stay_outside,
     the_page_is_readable,
@@ -503,6 +497,6 @@ try {
   assert.equal(await ended(child), 0, "it ends cleanly while a page is connected");
 } finally {
   await browser.close();
-  child.kill("SIGKILL");
+  for (const one of children) one.kill("SIGKILL");
   fs.rmSync(folder, { recursive: true });
 }

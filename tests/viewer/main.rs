@@ -5,6 +5,7 @@
 mod common;
 
 mod client;
+mod keys;
 mod numbers;
 mod scene;
 

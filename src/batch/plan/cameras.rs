@@ -71,12 +71,12 @@ pub(in crate::batch) fn cameras(
     warn_of_columns(file, &path, request);
     let first_eye = path.at(path.first()).ok().map(|first| first.pose.eye());
     let metering = path
-        .frame_camera(*all.start(), &lens, metered_resolution(resolution))
+        .frame_camera(*all.start() as f64, &lens, metered_resolution(resolution))
         .ok();
     let frames = frames(request, all, &what)?
         .iter()
         .map(|frame| {
-            let camera = path.frame_camera(frame, &lens, resolution);
+            let camera = path.frame_camera(frame as f64, &lens, resolution);
             camera
                 .map(|camera| (number(frame), camera))
                 .map_err(|cause| Error::Pose { frame, cause })

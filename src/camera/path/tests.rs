@@ -211,17 +211,17 @@ fn the_shutter_opens_and_closes_on_the_same_curve_and_stops_at_its_ends() {
             .map(|state| state.pose.eye().x)
     };
     let close = |a: [f64; 2], b: [f64; 2]| (a[0] - b[0]).abs() < 1e-12 && (a[1] - b[1]).abs() < 1e-12;
-    assert!(close(eyes(4), [4.75, 5.25]));
-    assert!(close(eyes(0), [1.0, 1.25]));
-    assert!(close(eyes(10), [10.75, 11.0]));
-    assert!(path.over_shutter(11, half).is_err());
+    assert!(close(eyes(4.0), [4.75, 5.25]));
+    assert!(close(eyes(0.0), [1.0, 1.25]));
+    assert!(close(eyes(10.0), [10.75, 11.0]));
+    assert!(path.over_shutter(11.0, half).is_err());
 
     let own = PathKey {
         shutter: Some(Shutter { open: 0.0, close: 0.5 }),
         ..looking(0.0, DVec3::X)
     };
     let path = CameraPath::new(&[own, looking(10.0, DVec3::X * 11.0)]).expect("a path");
-    let [open, shut] = path.over_shutter(4, half).expect("inside");
+    let [open, shut] = path.over_shutter(4.0, half).expect("inside");
     assert_eq!((open.frame, shut.frame), (4.0, 4.5));
 }
 
@@ -243,12 +243,12 @@ fn a_picture_never_shows_both_sides_of_a_cut() {
         let states = path.over_shutter(frame, wide).expect("inside");
         states.map(|state| state.pose.eye().x)
     };
-    assert_eq!(eyes(2), [1.5, 2.0]);
-    assert_eq!(eyes(3), [50.0, 51.0]);
+    assert_eq!(eyes(2.0), [1.5, 2.0]);
+    assert_eq!(eyes(3.0), [50.0, 51.0]);
 }
 
 /// The x of the eye, that is of the ray in the middle, at times of a picture.
-fn eyes_of_shot(path: &CameraPath, frame: i64, times: [f32; 3]) -> [f32; 3] {
+fn eyes_of_shot(path: &CameraPath, frame: f64, times: [f32; 3]) -> [f32; 3] {
     let camera = path
         .frame_camera(frame, &Lens::default(), [100, 100])
         .expect("a camera");
@@ -272,14 +272,19 @@ fn a_shot_goes_along_the_path_while_the_shutter_is_open() {
     ])
     .expect("a path");
     let times = [0.0, 0.25, 0.75];
-    assert_eq!(eyes_of_shot(&path, 2, times), [1.5, 1.75, 2.25]);
+    assert_eq!(eyes_of_shot(&path, 2.0, times), [1.5, 1.75, 2.25]);
     // It stands still before the path begins, and on both sides of a cut.
-    assert_eq!(eyes_of_shot(&path, 1, times), [1.0, 1.0, 1.25]);
-    assert_eq!(eyes_of_shot(&path, 3, times), [2.5, 2.75, 3.0]);
-    assert_eq!(eyes_of_shot(&path, 4, times), [50.0, 50.0, 50.25]);
+    assert_eq!(eyes_of_shot(&path, 1.0, times), [1.0, 1.0, 1.25]);
+    assert_eq!(eyes_of_shot(&path, 3.0, times), [2.5, 2.75, 3.0]);
+    assert_eq!(eyes_of_shot(&path, 4.0, times), [50.0, 50.0, 50.25]);
+    // A picture between two frames is one of its own time.
+    assert_eq!(eyes_of_shot(&path, 1.75, times), [1.25, 1.5, 2.0]);
+    assert_eq!(eyes_of_shot(&path, 4.25, times), [50.0, 50.0, 50.5]);
 
     let closed = CameraPath::new(&[looking(1.0, DVec3::X), looking(2.0, DVec3::X * 2.0)]).expect("a path");
-    let camera = closed.frame_camera(1, &Lens::default(), [100, 100]).expect("a camera");
+    let camera = closed
+        .frame_camera(1.0, &Lens::default(), [100, 100])
+        .expect("a camera");
     assert!(!camera.moves());
 }
 

@@ -152,7 +152,7 @@ function showStatistics(header) {
   const state = header.stage === "final" ? "finished" : "rendering";
   const isAway = !header.on_path && timeline.keys.length > 0;
   const place = header.on_path ? " of the path" : isAway ? ", away from the path (K sets a key here)" : "";
-  byId("progress").textContent = `${page.hello.resolution.join("x")}, ${state}, frame ${header.frame}${place}`;
+  byId("progress").textContent = `${page.hello.resolution.join("x")}, ${state}, frame ${rounded(header.frame)}${place}`;
 }
 
 // The camera
@@ -293,8 +293,8 @@ for (const id of ["step", "speed"]) {
 
 const ACTIONS = {
   Space: play,
-  Comma: () => goToFrame(timeline.frame - 1),
-  Period: () => goToFrame(timeline.frame + 1),
+  Comma: () => goByFrames(-1),
+  Period: () => goByFrames(1),
   PageUp: () => goToKey(-1),
   PageDown: () => goToKey(1),
   KeyK: () => send({ t: "set" }),

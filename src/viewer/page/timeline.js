@@ -16,8 +16,8 @@ function setKeys(keys) {
 
 function setFrame(frame) {
   timeline.frame = frame;
-  timeline.from = Math.min(timeline.from, frame);
-  timeline.to = Math.max(timeline.to, frame);
+  timeline.from = Math.min(timeline.from, Math.floor(frame));
+  timeline.to = Math.max(timeline.to, Math.ceil(frame));
   drawTimeline();
 }
 
@@ -36,7 +36,7 @@ function keyHere() {
 }
 
 function drawTimeline() {
-  for (const [id, value] of [["from", timeline.from], ["to", timeline.to], ["frame", timeline.frame]]) {
+  for (const [id, value] of [["from", timeline.from], ["to", timeline.to], ["frame", rounded(timeline.frame)]]) {
     setField(byId(id), value);
   }
   byId("head").style.left = place(timeline.frame);
@@ -51,8 +51,8 @@ function drawTimeline() {
     button.style.left = place(key.frame);
     button.className = key.frame === timeline.frame ? "here" : "";
     const name = key.name ? `, ${key.name}` : "";
-    button.title = `frame ${key.frame}${name}, ${key.interp}; drag, or use the arrow keys, to move it`;
-    button.setAttribute("aria-label", `Key at frame ${key.frame}${name}`);
+    button.title = `frame ${rounded(key.frame)}${name}, ${key.interp}; drag, or use the arrow keys, to move it`;
+    button.setAttribute("aria-label", `Key at frame ${rounded(key.frame)}${name}`);
   });
 }
 
@@ -106,15 +106,15 @@ function play() {
     byId("play").textContent = "Play";
     return;
   }
-  if (timeline.keys.length < 2) {
-    timeline.on.note("there is nothing to play: set two keys or more", true);
+  const first = Math.ceil(timeline.keys[0]?.frame);
+  const last = Math.floor(timeline.keys.at(-1)?.frame);
+  if (!(first < last)) {
+    timeline.on.note("there is nothing to play: set keys at two frames or more", true);
     return;
   }
   byId("play").textContent = "Stop";
-  const first = Math.ceil(timeline.keys[0].frame);
-  const last = Math.floor(timeline.keys[timeline.keys.length - 1].frame);
   let begun = performance.now();
-  let start = timeline.frame >= first && timeline.frame < last ? timeline.frame : first;
+  let start = timeline.frame >= first && timeline.frame < last ? Math.floor(timeline.frame) : first;
   let shown = null;
   const step = (now) => {
     let frame = start + Math.floor(((now - begun) * timeline.fps) / 1000);
@@ -150,10 +150,10 @@ function startTimeline() {
   }
   byId("frame").onchange = (event) => {
     const frame = numberOf(event.target);
-    if (frame !== null) timeline.on.frame(Math.round(frame));
+    if (frame !== null) timeline.on.frame(typedFrame(frame));
   };
-  byId("frame-before").onclick = () => timeline.on.frame(timeline.frame - 1);
-  byId("frame-after").onclick = () => timeline.on.frame(timeline.frame + 1);
+  byId("frame-before").onclick = () => goByFrames(-1);
+  byId("frame-after").onclick = () => goByFrames(1);
   byId("key-before").onclick = () => goToKey(-1);
   byId("key-after").onclick = () => goToKey(1);
   byId("play").onclick = play;
@@ -161,5 +161,16 @@ function startTimeline() {
 
 function goToKey(direction) {
   const frame = nextKey(direction);
-  if (frame !== undefined) timeline.on.frame(Math.round(frame));
+  if (frame !== undefined) timeline.on.frame(frame);
+}
+
+/** Goes to the whole frame before or after. */
+function goByFrames(direction) {
+  const { frame } = timeline;
+  timeline.on.frame(direction < 0 ? Math.ceil(frame) - 1 : Math.floor(frame) + 1);
+}
+
+/** The frame of the key at a number, as fields show it, or else the nearest whole frame. */
+function typedFrame(number) {
+  return timeline.keys.find((key) => rounded(key.frame) === number)?.frame ?? Math.round(number);
 }
