@@ -101,8 +101,9 @@ impl Job {
     /// # Errors
     /// The folder of the rendered files, or the filter, of a job that denoises cannot be read.
     pub fn stale(&self, frames: &[PlannedFrame]) -> Result<Vec<Option<Stale>>, Error> {
-        let rendered = Survey::new(&self.plan, frames, self.inputs()).stale;
-        denoised::stale(&self.plan, frames, rendered)
+        let inputs = self.inputs();
+        let rendered = Survey::new(&self.plan, frames, inputs).stale;
+        denoised::stale((&self.plan, inputs), frames, rendered)
     }
 
     /// The number of missing or broken image files that placeholders replace.
@@ -198,7 +199,7 @@ impl Job {
         let fills_film = self.plan.frames.iter().all(|frame| frame.camera.fills_film());
         let coverage = self.plan.coverage(scene.background(), fills_film);
         let (plan, mut summary) = self.render(scene, observer, control)?;
-        denoised::write((&plan, coverage), &mut summary, observer, control.cancel)?;
+        denoised::write((&plan, self.inputs(), coverage), &mut summary, observer, control.cancel)?;
         summary.wall = start.elapsed();
         Ok(summary)
     }

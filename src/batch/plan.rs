@@ -65,6 +65,8 @@ pub struct Plan {
     pub frames: Vec<PlannedFrame>,
     /// The frames of all parts, where this job renders one of them.
     whole: Option<Vec<PlannedFrame>>,
+    /// Frames that other jobs render, and that help to denoise those of this job.
+    pub beside: Vec<PlannedFrame>,
     /// Whether other jobs render other frames of the sequence (`--range`, `--part`), whose files beside the pictures this job
     /// joins.
     pub is_chunk: bool,
@@ -104,17 +106,17 @@ impl Plan {
         memory::take(desc, &picture, request.policy.checkpoint, inputs.memory())?;
         let JobCameras {
             frames,
+            beside,
             first_eye,
             metering,
         } = cameras(desc, request, picture.camera, picture.settings.resolution, inputs)?;
-        let frames: Vec<PlannedFrame> = frames
-            .into_iter()
-            .map(|(number, camera)| PlannedFrame {
-                number,
-                camera,
-                files: planned_files(&patterns.rendered, number),
-            })
-            .collect();
+        let planned = |(number, camera)| PlannedFrame {
+            number,
+            camera,
+            files: planned_files(&patterns.rendered, number),
+        };
+        let frames: Vec<PlannedFrame> = frames.into_iter().map(planned).collect();
+        let mut beside: Vec<PlannedFrame> = beside.into_iter().map(planned).collect();
         metadata::check(&files.sidecars, frames.iter().map(|frame| &frame.camera))?;
         let numbers: Vec<i32> = frames.iter().map(|f| f.number).collect();
         let all: Vec<FilePattern> = patterns.all().cloned().collect();
@@ -123,10 +125,21 @@ impl Plan {
             Some(part) => (part.choose(frames.clone()), Some(frames)),
             None => (frames, None),
         };
+        if let (Some(whole), Some(options)) = (&whole, &request.denoise) {
+            let reach = i32::try_from(options.temporal).unwrap_or(i32::MAX);
+            let is_near = |number: i32, reach: i32| {
+                let next = frames.partition_point(|frame| frame.number < number.saturating_sub(reach));
+                let next = frames.get(next);
+                next.is_some_and(|frame| frame.number <= number.saturating_add(reach))
+            };
+            beside.extend(whole.iter().filter(|frame| !is_near(frame.number, 0)).cloned());
+            beside.retain(|frame| is_near(frame.number, reach));
+        }
         picture.metering_camera = metering.filter(|_| desc.output.exposure == Exposure::Auto);
         Ok(Self {
             frames,
             whole,
+            beside,
             is_chunk: request.range.is_some() || request.part.is_some(),
             first_eye,
             camera_path: request.camera_path.clone(),

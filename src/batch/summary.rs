@@ -18,6 +18,10 @@ pub struct Summary {
     pub written: usize,
     /// Those among them that were denoised without a frame beside them, which failed.
     pub unhelped: usize,
+    /// Frames of other jobs that would have helped to denoise those of this one, and are not there.
+    pub missing: Vec<i32>,
+    /// The frames of this job that they would have helped.
+    pub unfinished: Vec<i32>,
     /// Rendering time of each frame, in order.
     pub frame_times: Vec<Duration>,
     /// The time from the first ray to the last file.

@@ -3,7 +3,7 @@
 use std::fmt;
 
 use batch_render::{
-    batch::{FrameError, Summary},
+    batch::{FrameError, FrameRange, Summary},
     error::{Blame, Error},
 };
 
@@ -66,6 +66,25 @@ pub fn advice(frame: i32) -> Result<String, Error> {
     Ok(advice_for(Replay::of_process()?, frame))
 }
 
+/// The line about frames that were denoised without those that other jobs render, with the command to type once these are there.
+pub fn unfinished(summary: &Summary) -> Option<Result<String, Error>> {
+    let list = |frames: &[i32]| FrameRange::of(frames.iter().map(|frame| i64::from(*frame))).to_string();
+    let line = |typed| unfinished_line(typed, &list(&summary.unfinished), &list(&summary.missing));
+    (!summary.missing.is_empty()).then(|| Replay::of_process().map(line))
+}
+
+fn unfinished_line(typed: Replay, unfinished: &str, missing: &str) -> String {
+    let replay = typed.without(&["range", "part", "part-base", "overwrite", "fail-existing"]);
+    let command = replay
+        .with("denoise-step", "denoise")
+        .with_flag("skip-existing")
+        .shell_line();
+    format!(
+        "denoised without the frames beside them, which are not there: {unfinished} (without {missing}). \
+         Once all frames are rendered: {command}"
+    )
+}
+
 /// A frame that is denoised needs those around it: the job goes on with what is missing.
 fn advice_for(typed: Replay, frame: i32) -> String {
     if typed.has("denoise") {
@@ -93,6 +112,21 @@ mod tests {
         let mut flags = words[2..].to_vec();
         flags.sort();
         assert_eq!(flags, ["--frames=p.csv", "--range=-5", "--samples=4", "--verbose"]);
+    }
+
+    #[test]
+    fn the_command_for_unfinished_frames_denoises_the_whole_job() {
+        let typed = "b s.toml --frames p.csv --part 1/4 --part-base 0 -r 1-9 --denoise --denoise-step denoise --overwrite -o f.#.exr";
+        let replay = Replay::parse(typed.split(' ').map(Into::into)).expect("the command line is right");
+        let line = unfinished_line(replay, "8-9", "10,11");
+        let (facts, command) = line.split_once(" Once all frames are rendered: ").expect("a command");
+        assert!(facts.ends_with(": 8-9 (without 10,11)."), "{facts}");
+        let words = "b s.toml --frames=p.csv --output=f.#.exr --denoise=nlm --denoise-step=denoise --skip-existing";
+        let mut words: Vec<&str> = words.split(' ').collect();
+        let mut found = shlex::split(command).expect("a command line");
+        words.sort_unstable();
+        found.sort_unstable();
+        assert_eq!(found, words);
     }
 
     #[test]

@@ -19,7 +19,7 @@ use super::{
     args::{Args, CheckArgs, Command, RenderArgs},
     choices::ProgressKind,
     events::{EventFormat, Events},
-    failures::FramesFailed,
+    failures::{self, FramesFailed},
     figures::State,
     inventory, log, memory,
     preview::Preview,
@@ -159,6 +159,9 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let preview = preview.and_then(|preview| pool.install(|| preview.finish(&cancel)).err());
     let closing = done.as_ref().map(|summary| summary::lines(summary, &job));
     progress.finish(state, closing.as_deref().ok());
+    if let Some(line) = done.iter().find_map(failures::unfinished) {
+        log::warn_always(&line?);
+    }
     for line in done.iter().flat_map(summary::invalid) {
         log::warn_always(&line);
     }

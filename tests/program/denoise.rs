@@ -1,6 +1,6 @@
 //! Denoising as a user runs it: sequences of files become cleaner ones, whole or in chunks, or are refused by name.
 
-use crate::common::{Folder, SMALL_SCENE};
+use crate::common::{Folder, SMALL_SCENE, stderr};
 use exr::prelude::{FlatImage, FlatSamples};
 
 /// Five frames of a camera that moves, and then stands still.
@@ -196,6 +196,63 @@ fn a_job_denoises_its_frames_whole_or_in_two_steps() {
     assert!(error.contains("2 or more"), "{error}");
     let error = folder.fail(2, &["denoise", "two/noisy/f.#.exr", "-o", "d.#.png"]);
     assert!(error.contains("denoised sequences are EXR files"), "{error}");
+}
+
+/// Runs a job, and returns its lines about frames that were denoised without others.
+fn unfinished(folder: &Folder, job: &[&str]) -> Vec<String> {
+    let output = folder.run(job);
+    assert!(output.status.success(), "{}", stderr(&output));
+    let said = stderr(&output);
+    let lines = said.lines().filter(|line| line.contains("denoised without"));
+    lines.map(str::to_owned).collect()
+}
+
+#[test]
+fn two_chunks_and_the_command_that_the_first_prints_equal_the_whole() {
+    let folder = folder();
+    let denoise = "--samples 4 --denoise --temporal 1 -o";
+    folder.succeed(&words(&[JOB, denoise, "whole/f.#.exr"]));
+    let equals_whole = |frame: i32| {
+        let [whole, part] = ["whole", "part"].map(|name| folder.read(&format!("{name}/f.{frame}.exr")));
+        whole == part
+    };
+    let chunk = |range: &str| unfinished(&folder, &words(&[JOB, denoise, "part/f.#.exr -r", range]));
+    let first = chunk("1-3");
+    assert!(equals_whole(1) && equals_whole(2) && !equals_whole(3));
+    // The second chunk finds the frame beside it, and both are whole once the command has run.
+    assert_eq!(chunk("4-5"), [""; 0]);
+    assert!(equals_whole(4) && equals_whole(5) && !equals_whole(3));
+    let [line] = &first[..] else { panic!("{first:?}") };
+    let (facts, command) = line.split_once(" Once all frames are rendered: ").expect("a command");
+    assert!(facts.ends_with("which are not there: 3 (without 4)."), "{facts}");
+    let mut shell = std::process::Command::new("sh");
+    let status = shell.args(["-c", command]).current_dir(folder.path("")).status();
+    assert!(status.expect("a shell").success());
+    assert!((1..=5).all(equals_whole));
+}
+
+#[test]
+fn a_frame_alone_names_the_frames_beside_it_that_are_missing_or_not_of_its_job() {
+    let folder = folder();
+    let job = |more| words(&[JOB, "--samples 4 --denoise -o f.#.exr -r", more]);
+    let [line] = &unfinished(&folder, &job("2"))[..] else {
+        panic!("no line")
+    };
+    assert!(line.contains(": 2 (without 1,3,4)"), "{line}");
+    // Frame 1 of another seed does not help, and frame 3 does.
+    folder.succeed(&job("1 --seed 9 --temporal 0"));
+    folder.succeed(&job("3 --temporal 0"));
+    let [line] = &unfinished(&folder, &job("2"))[..] else {
+        panic!("no line")
+    };
+    assert!(line.contains(": 2 (without 1,4)"), "{line}");
+    let file = batch_render::output::ExrFile::read(&folder.path("f.2.exr")).expect("an EXR file");
+    let how = file
+        .attribute("batch-render/denoised")
+        .expect("it is there")
+        .to_string();
+    assert!(how.ends_with(", 1 other frames"), "{how}");
+    assert_eq!(unfinished(&folder, &job("2 --temporal 0")), [""; 0]);
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The cameras of the frames of a job.
 
-use std::{ops::RangeInclusive, path::Path};
+use std::{collections::BTreeSet, ops::RangeInclusive, path::Path};
 
 use super::range::MAX_FRAMES;
 use crate::{
@@ -26,6 +26,8 @@ pub(in crate::batch) fn metered_resolution(full: [u32; 2]) -> [u32; 2] {
 pub(in crate::batch) struct JobCameras {
     /// The camera of each frame to be rendered, in rising order.
     pub frames: Vec<(i32, FrameCamera)>,
+    /// Those of the frames that are not rendered and help to denoise others.
+    pub beside: Vec<(i32, FrameCamera)>,
     /// The first position of the camera, in m.
     pub first_eye: Option<DVec3>,
     /// The first camera, whichever frames are rendered, for the picture that is metered.
@@ -51,10 +53,12 @@ pub(in crate::batch) fn cameras(
             Some(last) => (last, format!("the turntable, which has frames 1 to {last}")),
             None => (1, "the scene's own camera, which has frame 1 only".to_owned()),
         };
-        let frames = frames(request, 1..=i64::from(last), &what)?;
-        let cameras = frames.iter().map(|f| (number(f), FrameCamera::from(camera)));
+        let all = 1..=i64::from(last);
+        let frames = frames(request, all.clone(), &what)?;
+        let of = |frame| (number(frame), FrameCamera::from(camera));
         return Ok(JobCameras {
-            frames: cameras.collect(),
+            frames: frames.iter().map(of).collect(),
+            beside: beside(request, &frames, &all).into_iter().map(of).collect(),
             first_eye: Some(eye),
             metering: Some(FrameCamera::from(metering)),
         });
@@ -73,17 +77,20 @@ pub(in crate::batch) fn cameras(
     let metering = path
         .frame_camera(*all.start() as f64, &lens, metered_resolution(resolution))
         .ok();
-    let frames = frames(request, all, &what)?
-        .iter()
-        .map(|frame| {
-            let camera = path.frame_camera(frame as f64, &lens, resolution);
-            camera
-                .map(|camera| (number(frame), camera))
-                .map_err(|cause| Error::Pose { frame, cause })
-        })
-        .collect::<Result<_, _>>()?;
+    let frames = frames(request, all.clone(), &what)?;
+    let of = |frame: i64| {
+        let camera = path.frame_camera(frame as f64, &lens, resolution);
+        camera
+            .map(|camera| (number(frame), camera))
+            .map_err(|cause| Error::Pose { frame, cause })
+    };
     Ok(JobCameras {
-        frames,
+        frames: frames.iter().map(of).collect::<Result<_, _>>()?,
+        // The job does not need those that have no camera.
+        beside: beside(request, &frames, &all)
+            .into_iter()
+            .filter_map(|frame| of(frame).ok())
+            .collect(),
         first_eye,
         metering,
     })
@@ -130,6 +137,17 @@ fn warn_of_columns(file: &Path, path: &CameraPath, request: &Request) {
         let warnings = &request.warnings;
         warnings.add_topic(WarningKind::UNUSED_SETTING, "columns", origin, text);
     }
+}
+
+/// The frames of the sequence that are not asked for and help to denoise those that are.
+fn beside(request: &Request, frames: &FrameRange, all: &RangeInclusive<i64>) -> BTreeSet<i64> {
+    let reach = match &request.denoise {
+        Some(options) if request.range.is_some() => i64::from(options.temporal),
+        _ => 0,
+    };
+    let near = frames.iter().flat_map(|frame| frame - reach..=frame + reach);
+    near.filter(|frame| all.contains(frame) && !frames.contains(*frame))
+        .collect()
 }
 
 /// The frames that were asked for, all of them among those that there are.

@@ -12,6 +12,13 @@ pub struct DenoiseOptions {
     pub filter: FilterKind,
 }
 
+impl DenoiseOptions {
+    /// Whether one of these frames helps the other.
+    pub fn reaches(&self, frame: i32, other: i32) -> bool {
+        frame.abs_diff(other) <= self.temporal
+    }
+}
+
 /// The filter that follows the mean over time.
 #[derive(Clone, Debug, Default, PartialEq, Eq)]
 pub enum FilterKind {

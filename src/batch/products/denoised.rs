@@ -9,8 +9,8 @@ use std::{
 use super::denoise::{self, DenoiseRequest, DenoisedFrames, Helpers};
 use crate::{
     batch::{
-        Existing, FrameFailure, FrameRange, JobEvent, Observer, OnFailure, Plan, PlannedFrame, Stale, StaleReason,
-        Summary,
+        Existing, FrameFailure, FrameRange, InputHash, JobEvent, Observer, OnFailure, Plan, PlannedFrame, Stale,
+        StaleReason, Summary,
         plan::{PlannedFile, denoise_options::DenoisePlan},
         resume::{failure::FrameError, fingerprint::FINGERPRINT},
         run,
@@ -27,7 +27,7 @@ use crate::{
 /// Those of [`denoise`](denoise::denoise). A frame that alone cannot be written is a failure in the summary, unless the plan says
 /// otherwise.
 pub(in crate::batch) fn write(
-    (plan, coverage): (&Plan, Coverage),
+    (plan, inputs, coverage): (&Plan, InputHash, Coverage),
     summary: &mut Summary,
     observer: &dyn Observer,
     cancel: Option<&Cancel>,
@@ -50,13 +50,23 @@ pub(in crate::batch) fn write(
             .collect(),
         done: RefCell::default(),
     };
-    denoise::denoise_into(&request(plan, denoise, &numbers, numbers.clone()), &frames, cancel)?;
-    let is_near = |number: &i32| {
-        failed
-            .iter()
-            .any(|other| number.abs_diff(*other) <= denoise.options.temporal)
+    let beside = helpers(plan, inputs);
+    let helpers = numbers.iter().chain(&beside).copied().collect();
+    denoise::denoise_into(&request(plan, denoise, &numbers, helpers), &frames, cancel)?;
+    let near = |others: &mut dyn Iterator<Item = i32>| -> Vec<i32> {
+        let others: Vec<i32> = others.collect();
+        let is_near = |number: &i32| others.iter().any(|other| denoise.options.reaches(*number, *other));
+        numbers.iter().copied().filter(is_near).collect()
     };
-    summary.unhelped = numbers.iter().filter(|number| is_near(number)).count();
+    summary.unhelped = near(&mut failed.iter().copied()).len();
+    let is_missing = |number: &i32| !beside.contains(number);
+    summary.missing = plan
+        .beside
+        .iter()
+        .map(|frame| frame.number)
+        .filter(is_missing)
+        .collect();
+    summary.unfinished = near(&mut summary.missing.iter().copied());
     let Done {
         written,
         kept,
@@ -69,10 +79,19 @@ pub(in crate::batch) fn write(
     Ok(())
 }
 
+/// The frames of other jobs that are rendered as this one would render them; where this job renders none, those that are there.
+fn helpers(plan: &Plan, inputs: InputHash) -> HashSet<i32> {
+    let is_there = |frame: &&PlannedFrame| match plan.renders() {
+        true => frame.stale(plan, inputs).is_none(),
+        false => frame.files.iter().all(|file| file.path.exists()),
+    };
+    plan.beside.iter().filter(is_there).map(|frame| frame.number).collect()
+}
+
 /// For each of these frames, whose first stale rendered file is in `noisy`, the first file of it that is not what the job would
 /// write, if any.
 pub(in crate::batch) fn stale(
-    plan: &Plan,
+    (plan, inputs): (&Plan, InputHash),
     frames: &[PlannedFrame],
     mut noisy: Vec<Option<Stale>>,
 ) -> Result<Vec<Option<Stale>>, Error> {
@@ -91,11 +110,12 @@ pub(in crate::batch) fn stale(
     if fit.is_empty() {
         return Ok(noisy);
     }
-    let own = plan.frames.iter().map(|frame| frame.number).collect();
+    let own = plan.frames.iter().map(|frame| frame.number);
+    let own = own.chain(helpers(plan, inputs)).collect();
     let fingerprints = denoise::fingerprints(&request(plan, denoise, &fit, own))?;
     for (frame, stale) in frames.iter().zip(&mut noisy).filter(|(_, stale)| stale.is_none()) {
         let fingerprint = fingerprints.get(&frame.number).cloned().flatten();
-        let is_near = |other: &i32| frame.number.abs_diff(*other) <= denoise.options.temporal;
+        let is_near = |other: &i32| denoise.options.reaches(frame.number, *other);
         let fingerprint = fingerprint.filter(|_| !unfit.iter().any(is_near));
         let files = plan.final_files(frame);
         *stale = files.iter().find_map(|file| file_stale(file, fingerprint.as_deref()));
@@ -124,15 +144,15 @@ fn file_stale(file: &PlannedFile, fingerprint: Option<&str>) -> Option<Stale> {
     })
 }
 
-/// The request for these frames, which those in `own` may help where the job renders them.
-fn request(plan: &Plan, denoise: &DenoisePlan, frames: &[i32], own: Vec<i32>) -> DenoiseRequest {
+/// The request for these frames, which those in `helpers` may help where the job renders frames.
+fn request(plan: &Plan, denoise: &DenoisePlan, frames: &[i32], helpers: Vec<i32>) -> DenoiseRequest {
     DenoiseRequest {
         input: denoise.noisy.clone(),
         output: denoise.clean[0].clone(),
         frames: Some(FrameRange::of(frames.iter().map(|frame| i64::from(*frame)))),
         helpers: match plan.renders() {
             // Other files in the folder may belong to another scene.
-            true => Helpers::Among(own),
+            true => Helpers::Among(helpers),
             false => Helpers::Present,
         },
         options: denoise.options.clone(),
