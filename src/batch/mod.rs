@@ -32,7 +32,7 @@ pub use plan::{
     rig::CameraRig,
     turntable::Turntable,
 };
-pub use products::{denoise, merge::merge, metadata};
+pub use products::{denoise, finished::with_finished, merge::merge, metadata};
 pub use resume::{
     failure::{FrameError, FrameFailure, OnFailure},
     fingerprint::{Fingerprint, InputHash},

@@ -52,6 +52,11 @@ pub fn main() -> ExitCode {
             return ExitCode::from(if e.use_stderr() { exit::USAGE } else { exit::OK });
         }
     };
+    let scene = args.render.scene.as_deref().filter(|_| args.command.is_none());
+    if let Some(e) = stray::mistyped_command(scene) {
+        let _ = e.print();
+        return ExitCode::from(exit::USAGE);
+    }
     log::start(&args);
     signals::survive_large_files();
     match job::run(&args) {

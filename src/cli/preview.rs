@@ -1,7 +1,7 @@
 //! The preview of a job (`--preview`): its frames as a small moving picture.
 //!
 //! Small pictures wait in a temporary file until the job ends, so that memory does not grow with the sequence. Frames that were
-//! there already, also those of other parts of the job, are read from their PNG files.
+//! there already, also those of other parts of the job, are read from their PNG files, or from their EXR files where there are none.
 
 use std::{
     collections::BTreeMap,
@@ -14,7 +14,7 @@ use std::{
 };
 
 use batch_render::{
-    batch::{Job, JobEvent, Observer, Plan, PlannedFrame},
+    batch::{Job, JobEvent, Observer, Plan, PlannedFrame, with_finished},
     error::Error,
     output::{Contents, EncodeError, OutputError, atomic, job_file::FolderGate},
     render::Cancel,
@@ -157,7 +157,9 @@ impl<'a> Preview<'a> {
             return Err(encode("no frame of the preview has a picture".to_owned()).into());
         };
         if missing > 0 {
-            tracing::warn!("--preview: {missing} frames are not in {name}: they are not on disk, or have no PNG file");
+            tracing::warn!(
+                "--preview: {missing} frames are not in {name}: they are not on disk, or have no PNG file and no EXR file that can be shown"
+            );
         }
         if let Some(source) = spool.error {
             return Err(cannot_create(source, &std::env::temp_dir()));
@@ -183,10 +185,12 @@ impl Observer for Preview<'_> {
     }
 }
 
-/// The picture of a frame whose PNG file is there.
+/// The picture of a frame whose files are there.
 fn finished_picture(plan: &Plan, frame: &PlannedFrame) -> Option<RgbImage> {
     let mut files = plan.final_files(frame).into_iter();
-    let file = files.find(|file| file.format.contents() == Contents::Picture)?;
+    let Some(file) = files.find(|file| file.format.contents() == Contents::Picture) else {
+        return with_finished(plan, frame, |image| small_picture(image, MAX_COLUMNS));
+    };
     let picture = image::open(&file.path).ok()?.into_rgb8();
     let columns = MAX_COLUMNS.min(picture.width());
     let rows = (columns * picture.height()).div_ceil(picture.width().max(1)).max(1);

@@ -1,7 +1,8 @@
-//! The error of a word that clap takes for a command because a scene stands before it.
+//! Errors of words that clap or the renderer would tell of in other words than what the user did: mistyped commands, second scenes,
+//! and texts that are not UTF-8.
 
 use std::{
-    ffi::OsStr,
+    ffi::{OsStr, OsString},
     path::{Path, PathBuf},
 };
 
@@ -13,8 +14,12 @@ use clap::{
 
 use super::args::Args;
 
-/// Returns the error in other words, if a second word stands beside the scene: a command whose name is mistyped, or two scenes.
+/// Returns the error in other words, if a second word stands beside the scene (a command whose name is mistyped, or two scenes) or
+/// a text is not UTF-8.
 pub fn reworded(error: &Error) -> Option<Error> {
+    if error.kind() == ErrorKind::InvalidUtf8 {
+        return not_utf8(&std::env::args_os().collect::<Vec<_>>());
+    }
     let (ErrorKind::ArgumentConflict, ContextValue::String(second)) =
         (error.kind(), error.get(ContextKind::InvalidSubcommand)?)
     else {
@@ -24,14 +29,57 @@ pub fn reworded(error: &Error) -> Option<Error> {
     let words = std::env::args_os().take_while(|word| word != OsStr::new(second));
     let given = command.clone().ignore_errors(true).try_get_matches_from(words).ok()?;
     let first = given.get_one::<PathBuf>("scene")?.display().to_string();
-    let names: Vec<_> = command
-        .get_subcommands()
-        .map(|command| command.get_name().to_owned())
-        .collect();
-    let unknown = UnknownName::new("command", &first, names.iter().map(String::as_str));
-    let message = match unknown.suggestion() {
-        Some(_) if !Path::new(&first).exists() => unknown.to_string(),
-        _ => format!("a job has one scene, found `{first}` and `{second}`"),
-    };
+    let message =
+        mistyped(Path::new(&first)).unwrap_or_else(|| format!("a job has one scene, found `{first}` and `{second}`"));
     Some(command.error(ErrorKind::ArgumentConflict, message))
+}
+
+/// Returns the error of a scene that is no file but the mistyped name of a command.
+pub fn mistyped_command(scene: Option<&Path>) -> Option<Error> {
+    let message = mistyped(scene?)?;
+    Some(Args::command().error(ErrorKind::InvalidSubcommand, message))
+}
+
+/// The message of a word that is no file and is similar to the name of a command.
+fn mistyped(word: &Path) -> Option<String> {
+    let command = Args::command();
+    let names = command.get_subcommands().map(|command| command.get_name());
+    let unknown = UnknownName::new("command", word.to_str()?, names);
+    let is_meant = unknown.suggestion().is_some() && !word.exists();
+    is_meant.then(|| unknown.to_string())
+}
+
+/// Returns the error that names the first of these words that must be UTF-8 and is not.
+fn not_utf8(words: &[OsString]) -> Option<Error> {
+    let is_wrong = |word: &&OsString| word.to_str().is_none();
+    let lossy = |word: &OsString| OsString::from(word.to_string_lossy().into_owned());
+    // Some words are paths, which may be anything.
+    let is_at_fault = |at: &usize| {
+        let others = words.iter().enumerate();
+        let words = others.map(|(i, word)| if i == *at { word.clone() } else { lossy(word) });
+        let parsed = Args::command().try_get_matches_from(words);
+        parsed.is_err_and(|e| e.kind() == ErrorKind::InvalidUtf8)
+    };
+    let candidates = words
+        .iter()
+        .enumerate()
+        .filter(|(_, word)| is_wrong(word))
+        .map(|(i, _)| i);
+    let at = candidates.into_iter().find(is_at_fault)?;
+    let text = words[at].to_string_lossy();
+    let (flag, value) = match text.split_once('=').filter(|(flag, _)| flag.starts_with('-')) {
+        Some((flag, value)) => (Some(flag.to_owned()), value),
+        None => (
+            words[at - 1]
+                .to_str()
+                .filter(|word| word.starts_with('-'))
+                .map(str::to_owned),
+            &*text,
+        ),
+    };
+    let flag = flag.map(|flag| format!("{flag}: ")).unwrap_or_default();
+    Some(Args::command().error(
+        ErrorKind::InvalidUtf8,
+        format!("{flag}expected UTF-8 text, found `{value}`"),
+    ))
 }

@@ -15,7 +15,7 @@ use crate::{
     light::LightDesc,
     material::MaterialDesc,
     texture::{MappingDesc, PatternDesc, StTransformDesc},
-    value::{Problem, Span, Spanned, UnknownName, is_override, kind_or_name},
+    value::{Problem, Span, Spanned, UnknownName, is_override, kind_or_name, one_of},
 };
 
 /// Why a scene file could not be read.
@@ -65,8 +65,13 @@ pub fn parse(source: Source) -> Result<SceneDesc, Diagnostics> {
     let scene = match DeTable::parse(&text) {
         Ok(table) => {
             let mut table = table.into_inner();
-            reader.problems = overrides.apply(&mut table, &text);
-            Some(reader.scene(table, source.clone()))
+            if let Some(foreign) = foreign_file(&table) {
+                reader.problems.push(foreign);
+                None
+            } else {
+                reader.problems = overrides.apply(&mut table, &text);
+                Some(reader.scene(table, source.clone()))
+            }
         }
         Err(e) => {
             reader.problems.push(syntax_problem(&e, &text));
@@ -78,6 +83,17 @@ pub fn parse(source: Source) -> Result<SceneDesc, Diagnostics> {
         (Some(diagnostics), _) => Err(diagnostics),
         (None, None) => unreachable!("a file that cannot be parsed has a problem"),
     }
+}
+
+/// The problem of a file that has keys, and none that a scene file has or that resembles one.
+fn foreign_file(table: &DeTable<'_>) -> Option<Problem> {
+    let is_foreign = |key: &str| !TABLES.contains(&key) && UnknownName::new("key", key, TABLES).suggestion().is_none();
+    let first = table.keys().min_by_key(|key| key.span().start)?;
+    if !table.keys().all(|key| is_foreign(key.get_ref())) {
+        return None;
+    }
+    let help = format!("expected a table, {}", one_of(TABLES));
+    Some(Problem::at(first.span(), "this file is no scene of batch-render").with_help(help))
 }
 
 impl SceneDesc {

@@ -45,9 +45,48 @@ fn a_mistyped_command_is_suggested_and_two_scenes_are_refused() {
         of("error: unknown command `chekc` (did you mean `check`?)")
     );
     assert_eq!(
+        first_line(&["chekc"]),
+        of("error: unknown command `chekc` (did you mean `check`?)")
+    );
+    // A file is a scene, whatever its name.
+    folder.write("chekc", SMALL_SCENE);
+    folder.succeed(&["chekc", "--check"]);
+    assert!(
+        folder
+            .fail(66, &["scene-that-is-not-there"])
+            .contains("cannot read scene")
+    );
+    assert_eq!(
         first_line(&["--frames", "path.csv", "s.toml", "other.toml", "-v"]),
         of("error: a job has one scene, found `s.toml` and `other.toml`")
     );
+}
+
+#[cfg(unix)]
+#[test]
+fn a_pattern_that_is_not_utf8_is_refused_by_name_and_a_path_is_not() {
+    use std::{ffi::OsStr, os::unix::ffi::OsStrExt as _};
+    let folder = prepared();
+    let odd = |text: &'static [u8]| OsStr::from_bytes(text);
+    let scene = odd(b"s\xff.toml");
+    std::fs::write(folder.path("s.toml").with_file_name(scene), SMALL_SCENE).expect("written");
+    for (words, named) in [
+        (
+            &[odd(b"-o"), odd(b"f\xff.####.png")][..],
+            "-o: expected UTF-8 text, found `f\u{fffd}.####.png`",
+        ),
+        (
+            &[odd(b"--output=\xff.png")],
+            "--output: expected UTF-8 text, found `\u{fffd}.png`",
+        ),
+    ] {
+        let output = folder.program().arg(scene).args(words).output().expect("it runs");
+        assert_eq!(output.status.code(), Some(2));
+        let message = stderr(&output);
+        assert_eq!(message.lines().next(), Some(format!("error: {named}").as_str()));
+    }
+    let output = folder.program().arg(scene).arg("--check").output().expect("it runs");
+    assert_eq!(output.status.code(), Some(0), "{}", stderr(&output));
 }
 
 #[test]

@@ -67,6 +67,22 @@ fn frames_that_are_there_come_from_their_files() {
 }
 
 #[test]
+fn frames_that_are_there_as_exr_files_alone_equal_those_of_a_new_job() {
+    let folder = folder();
+    let job = [&JOB[..6], &["f.####.exr", "--preview", "film.png"]].concat();
+    folder.succeed(&job);
+    let (whole, _) = film(&folder);
+    std::fs::remove_file(folder.path("f.0003.exr")).expect("it is there");
+    folder.succeed(&[&job[..], &["--skip-existing"]].concat());
+    let (again, _) = film(&folder);
+    assert_eq!(again.len(), whole.len());
+    // Numbers of half precision are rounded.
+    let differs = |(a, b): (&u8, &u8)| a.abs_diff(*b) > 1;
+    let differ = |(a, b): (&Vec<u8>, &Vec<u8>)| a.iter().zip(b).any(differs);
+    assert!(!whole.iter().zip(&again).any(differ));
+}
+
+#[test]
 fn a_film_needs_ffmpeg_and_other_endings_are_refused() {
     let folder = folder();
     let output = folder

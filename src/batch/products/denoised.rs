@@ -243,7 +243,7 @@ impl JobFrames<'_> {
 }
 
 /// The beauty of a file.
-fn picture(file: &ExrFile) -> Film {
+pub(super) fn picture(file: &ExrFile) -> Film {
     let part = &file.parts[0];
     let resolution = [part.display.width(), part.display.height()];
     let mut film = Film::new(resolution, part.data, &FilmLayout::default());
