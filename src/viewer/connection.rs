@@ -17,7 +17,7 @@ use tokio::{sync::watch, time::timeout};
 
 use super::{
     job,
-    message::{Answer, PageMessage},
+    message::{Answer, KeysChange, PageMessage},
     numbers::{self, Misread},
     session::Session,
 };
@@ -72,10 +72,13 @@ impl Connection {
         let (mut job, mut job_pictures) = (session.job.subscribe(), session.job_pictures.subscribe());
         let mut scene = session.scene.subscribe();
         let mut loads = scene.borrow().loads;
+        let mut keys = session.keys.subscribe();
+        let mut known_keys = Arc::default();
         pictures.mark_changed();
         facts.mark_changed();
         job.mark_changed();
         scene.mark_changed();
+        keys.mark_changed();
         let mut is_drawing = false;
         if self.greet().await.is_err() {
             return End::Gone;
@@ -105,6 +108,12 @@ impl Connection {
                     Message::Binary(Bytes::copy_from_slice(picture.message()))
                 }
                 Ok(()) = facts.changed() => Message::text(facts.borrow_and_update().to_string()),
+                Ok(()) = keys.changed() => {
+                    let new = Arc::clone(&keys.borrow_and_update());
+                    let change = json(&KeysChange::between(&known_keys, &new));
+                    known_keys = new;
+                    change
+                }
                 Ok(()) = job.changed() => {
                     let facts = job.borrow_and_update().clone();
                     json(&facts)

@@ -166,7 +166,7 @@ impl Keyframes {
     }
 
     fn renew(&mut self) {
-        self.path = self.document.path().cloned().map(Arc::new);
+        self.path = self.document.path().cloned();
     }
 }
 

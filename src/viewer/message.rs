@@ -96,7 +96,6 @@ pub struct Hello<'a> {
 pub struct Facts<'a> {
     pub t: &'static str,
     pub look: &'a Look,
-    pub keys: Vec<KeyFact<'a>>,
     pub file: String,
     /// Whether there are unsaved keys.
     pub is_changed: bool,
@@ -104,11 +103,40 @@ pub struct Facts<'a> {
     pub command: String,
 }
 
-#[derive(Debug, Serialize)]
-pub struct KeyFact<'a> {
+/// A key on the timeline.
+#[derive(Clone, Debug, PartialEq, Serialize)]
+pub struct KeyFact {
     pub frame: f64,
-    pub name: Option<&'a str>,
+    pub name: Option<String>,
     pub interp: &'static str,
+}
+
+/// The change of the keys since the last message, so that an edit of one key sends this key only.
+#[derive(Debug, PartialEq, Serialize)]
+pub struct KeysChange<'a> {
+    pub t: &'static str,
+    /// The index of the first key that differs.
+    pub at: usize,
+    /// The number of keys that are removed there.
+    pub remove: usize,
+    /// The keys in their place.
+    pub insert: &'a [KeyFact],
+}
+
+impl<'a> KeysChange<'a> {
+    /// The change from `old` to `new`.
+    pub fn between(old: &[KeyFact], new: &'a [KeyFact]) -> Self {
+        let at = old.iter().zip(new).take_while(|(a, b)| a == b).count();
+        let (old, new) = (&old[at..], &new[at..]);
+        let same = old.iter().rev().zip(new.iter().rev());
+        let end = same.take_while(|(a, b)| a == b).count();
+        Self {
+            t: "keys",
+            at,
+            remove: old.len() - end,
+            insert: &new[..new.len() - end],
+        }
+    }
 }
 
 /// The state of the scene on disk.
@@ -203,4 +231,36 @@ impl Answer {
 pub fn unsupported(lens: &LensNumbers, columns: &[&str]) -> Option<&'static str> {
     let given = lens.overrides();
     given.columns().find(|column| !columns.contains(column))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_change_of_keys_has_the_keys_that_differ() {
+        let keys = |frames: &[u8]| -> Vec<KeyFact> {
+            let key = |frame: &u8| KeyFact {
+                frame: f64::from(*frame),
+                name: None,
+                interp: "smooth",
+            };
+            frames.iter().map(key).collect()
+        };
+        for (old, new, at, remove, insert) in [
+            (&[][..], &[1, 2][..], 0, 0, &[1, 2][..]),
+            (&[1, 2], &[], 0, 2, &[]),
+            (&[1, 2, 3], &[1, 2, 3], 3, 0, &[]),
+            (&[1, 2, 3], &[1, 3], 1, 1, &[]),
+            (&[1, 3], &[1, 2, 3], 1, 0, &[2]),
+            (&[1, 5, 9], &[1, 6, 9], 1, 1, &[6]),
+            (&[1, 5, 9], &[5, 9, 11], 0, 3, &[5, 9, 11]),
+        ] {
+            let (new, insert) = (keys(new), keys(insert));
+            let change = KeysChange::between(&keys(old), &new);
+            let t = "keys";
+            let insert = &insert[..];
+            assert_eq!(change, KeysChange { t, at, remove, insert });
+        }
+    }
 }

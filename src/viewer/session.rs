@@ -62,6 +62,7 @@ pub struct Session {
     pages: AtomicU64,
     pub pictures: watch::Sender<Option<Arc<Picture>>>,
     pub facts: watch::Sender<Arc<str>>,
+    pub keys: watch::Sender<Arc<[KeyFact]>>,
     pub scene: watch::Sender<SceneFacts>,
     pub job: watch::Sender<JobFacts>,
     pub job_pictures: watch::Sender<Option<Arc<Picture>>>,
@@ -106,6 +107,7 @@ impl Session {
             pages: AtomicU64::new(0),
             pictures: watch::Sender::new(None),
             facts: watch::Sender::new(Arc::from("")),
+            keys: watch::Sender::default(),
             scene: watch::Sender::new(SceneFacts {
                 t: "scene",
                 ..SceneFacts::default()
@@ -117,6 +119,7 @@ impl Session {
             }),
             job_pictures: watch::Sender::new(None),
         };
+        session.tell_keys(&session.lock());
         session.tell(&session.lock());
         Ok(session)
     }
@@ -389,6 +392,7 @@ impl Session {
         let from = (state.view.client, state.view.seq);
         self.follow_path(state);
         self.change(state, from);
+        self.tell_keys(state);
         self.tell(state);
     }
 
@@ -410,8 +414,8 @@ impl Session {
         self.changed.notify_all();
     }
 
-    /// Sends changed facts to all pages.
-    fn tell(&self, state: &State) {
+    /// Sends the keys to all pages.
+    fn tell_keys(&self, state: &State) {
         let interp = |interp| match interp {
             Interp::Smooth => "smooth",
             Interp::Linear => "linear",
@@ -419,9 +423,14 @@ impl Session {
         };
         let keys = state.keyframes.keys().map(|key| KeyFact {
             frame: key.frame,
-            name: key.name.as_deref(),
+            name: key.name.clone(),
             interp: interp(key.interp),
         });
+        self.keys.send_replace(keys.collect());
+    }
+
+    /// Sends changed facts to all pages.
+    fn tell(&self, state: &State) {
         let options = &self.source.options;
         let mut changes = state.look.options(&state.first_look);
         if state.keyframes.has_keys() {
@@ -430,7 +439,6 @@ impl Session {
         let facts = Facts {
             t: "facts",
             look: &state.look,
-            keys: keys.collect(),
             file: file_name(&options.camera_path),
             is_changed: state.keyframes.is_changed(),
             command: (options.command)(&changes),

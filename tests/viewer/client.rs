@@ -93,6 +93,7 @@ impl Fly {
                 seq: 0,
                 client: 0,
                 facts: Value::Null,
+                keys: Vec::new(),
             }),
             Err(tungstenite::HandshakeError::Failure(tungstenite::Error::Http(answer))) => {
                 Err(answer.status().as_u16())
@@ -106,6 +107,7 @@ impl Fly {
         let mut page = self.page_of(&self.address, Some(&origin), &self.key).expect("let in");
         page.client = page.told("hello")["client"].as_u64().expect("a number");
         page.facts = page.told("facts");
+        page.told("keys");
         page
     }
 
@@ -140,6 +142,8 @@ pub struct Page {
     client: u64,
     /// Those that it was told first.
     pub facts: Value,
+    /// Those of the timeline.
+    pub keys: Vec<Value>,
 }
 
 /// A message of the viewer.
@@ -168,6 +172,13 @@ impl Page {
             && header["kind"] == "view"
         {
             self.send(&json!({ "t": "ack" }));
+        }
+        if let Told::Facts(change) = &told
+            && change["t"] == "keys"
+        {
+            let index = |name: &str| change[name].as_u64().expect("a number") as usize;
+            let insert = change["insert"].as_array().expect("keys").iter().cloned();
+            self.keys.splice(index("at")..index("at") + index("remove"), insert);
         }
         told
     }

@@ -361,6 +361,32 @@ async function a_scene_that_changes_is_loaded_by_one_press(page) {
   await page.locator("#changed").waitFor({ state: "hidden" });
 }
 
+async function a_frame_and_an_edit_among_2000_keys_cost_what_they_cost_among_20(page) {
+  const [few, many] = await page.evaluate(() => {
+    const before = [...timeline.keys];
+    const all = (insert) => changeKeys({ at: 0, remove: timeline.keys.length, insert });
+    const cost = (count) => {
+      all(Array.from({ length: count }, (_, i) => ({ frame: 1 + i, name: null, interp: "smooth" })));
+      timeline.to = 2000;
+      const run = () => {
+        const begun = performance.now();
+        for (let i = 0; i < 100; i += 1) {
+          setFrame(1 + (i % count));
+          changeKeys({ at: 9, remove: 1, insert: [{ frame: 10, name: `${i}`, interp: "smooth" }] });
+          nextKey(-1);
+        }
+        return performance.now() - begun;
+      };
+      return Math.min(run(), run(), run(), run(), run());
+    };
+    const costs = [cost(20), cost(2000)];
+    all(before);
+    return costs;
+  });
+  console.log(`100 frames and edits: ${few.toFixed(1)} ms among 20 keys, ${many.toFixed(1)} ms among 2,000`);
+  assert.ok(many <= 2 * few + 3, `${few} ms, ${many} ms`);
+}
+
 /** With a file of times, which are no whole frames at 24 frames per second. */
 async function keys_between_frames_are_reached_and_deleted(_page, browser, _url) {
   const rows = ["0.00", "0.42", "0.83"].map((time, i) => `${time},${i / 10},0,4,0,0,0\n`);
@@ -483,6 +509,7 @@ try {
     the_job_runs_on_the_page_and_stops,
     the_connection_is_lost_and_found,
     a_scene_that_changes_is_loaded_by_one_press,
+    a_frame_and_an_edit_among_2000_keys_cost_what_they_cost_among_20,
     keys_between_frames_are_reached_and_deleted,
     a_second_page_sees_the_same_camera,
     strangers_stay_outside,

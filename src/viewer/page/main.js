@@ -9,6 +9,8 @@ const page = { camera: null, lens: {}, look: null, hello: null, step: 1, speed: 
 // Pictures and facts
 
 link.on.state = (isOpen, reason) => {
+  // A new connection is told all keys.
+  if (isOpen) changeKeys({ at: 0, remove: timeline.keys.length, insert: [] });
   byId("link").textContent = isOpen ? "connected" : reason || "not connected";
   byId("link").className = isOpen ? "" : "bad";
 };
@@ -59,13 +61,14 @@ link.on.picture = (header, image) => {
 link.on.facts = (facts) => {
   page.look = facts.look;
   page.isChanged = facts.is_changed;
-  setKeys(facts.keys);
   byId("file").textContent = facts.file;
   byId("file").title = facts.file;
   byId("file").className = facts.is_changed ? "changed" : "";
   byId("command").textContent = facts.command;
   showLook();
 };
+
+link.on.keys = changeKeys;
 
 link.on.scene = ({ has_changed, is_loading, error }) => {
   byId("changed").hidden = !has_changed && !is_loading && error === "";

@@ -1,11 +1,30 @@
 // The timeline: frames from left to right, a mark for each key, and the frame that is shown.
 
-const timeline = { from: 1, to: 100, frame: 1, keys: [], isFitted: false, playing: null, fps: 24, on: {} };
+const timeline = {
+  from: 1, to: 100, frame: 1, isFitted: false, playing: null, fps: 24, on: {},
+  /** The keys in the order of their frames, and the mark of each. */
+  keys: [], marks: [],
+  /** The range for which the marks are placed, and the mark of the frame that is shown. */
+  range: "", here: null,
+};
 
-function setKeys(keys) {
-  timeline.keys = keys;
-  if (keys.length > 0) {
-    const [first, last] = [keys[0].frame, keys[keys.length - 1].frame];
+/** Replaces the `remove` keys from the index `at` on by those of `insert`. */
+function changeKeys({ at, remove, insert }) {
+  const { keys, marks } = timeline;
+  // A mark that stays keeps the focus.
+  const kept = Math.min(remove, insert.length);
+  for (let i = 0; i < kept; i += 1) keys[at + i] = insert[i];
+  if (remove !== insert.length) {
+    const added = document.createDocumentFragment();
+    const fresh = insert.slice(kept).map(() => added.appendChild(keyButton()));
+    byId("keys").insertBefore(added, marks[at + remove] ?? null);
+    for (const mark of marks.slice(at + kept, at + remove)) mark.remove();
+    timeline.marks = [...marks.slice(0, at + kept), ...fresh, ...marks.slice(at + remove)];
+    timeline.keys = [...keys.slice(0, at + kept), ...insert.slice(kept), ...keys.slice(at + remove)];
+  }
+  insert.forEach((key, i) => drawKey(timeline.marks[at + i], key));
+  if (timeline.keys.length > 0) {
+    const [first, last] = [timeline.keys[0].frame, timeline.keys.at(-1).frame];
     if (!timeline.isFitted && last > first) [timeline.from, timeline.to] = [Math.floor(first), Math.ceil(last)];
     timeline.from = Math.min(timeline.from, Math.floor(first));
     timeline.to = Math.max(timeline.to, Math.ceil(last));
@@ -31,29 +50,47 @@ function frameAt(x) {
   return Math.round(timeline.from + along * (timeline.to - timeline.from));
 }
 
-function keyHere() {
-  return timeline.keys.find((key) => key.frame === timeline.frame);
+/** The index of the first key at or after a frame. */
+function keyIndex(frame) {
+  let [low, high] = [0, timeline.keys.length];
+  while (low < high) {
+    const middle = (low + high) >> 1;
+    if (timeline.keys[middle].frame < frame) low = middle + 1;
+    else high = middle;
+  }
+  return low;
 }
 
+function keyHere() {
+  const key = timeline.keys[keyIndex(timeline.frame)];
+  return key?.frame === timeline.frame ? key : undefined;
+}
+
+/** Draws what has changed: marks are placed anew only for another range. */
 function drawTimeline() {
   for (const [id, value] of [["from", timeline.from], ["to", timeline.to], ["frame", rounded(timeline.frame)]]) {
     setField(byId(id), value);
   }
   byId("head").style.left = place(timeline.frame);
-  byId("set-key").textContent = keyHere() ? "Replace key" : "Set key";
-  byId("delete-key").disabled = !keyHere();
-  const holder = byId("keys");
-  while (holder.children.length > timeline.keys.length) holder.lastChild.remove();
-  while (holder.children.length < timeline.keys.length) holder.append(keyButton());
-  timeline.keys.forEach((key, i) => {
-    const button = holder.children[i];
-    button.dataset.frame = key.frame;
-    button.style.left = place(key.frame);
-    button.className = key.frame === timeline.frame ? "here" : "";
-    const name = key.name ? `, ${key.name}` : "";
-    button.title = `frame ${rounded(key.frame)}${name}, ${key.interp}; drag, or use the arrow keys, to move it`;
-    button.setAttribute("aria-label", `Key at frame ${rounded(key.frame)}${name}`);
-  });
+  const isKey = keyHere() !== undefined;
+  byId("set-key").textContent = isKey ? "Replace key" : "Set key";
+  byId("delete-key").disabled = !isKey;
+  const range = `${timeline.from} ${timeline.to}`;
+  if (timeline.range !== range) timeline.marks.forEach((mark, i) => (mark.style.left = place(timeline.keys[i].frame)));
+  timeline.range = range;
+  const here = isKey ? timeline.marks[keyIndex(timeline.frame)] : null;
+  if (here === timeline.here) return;
+  timeline.here?.classList.remove("here");
+  here?.classList.add("here");
+  timeline.here = here;
+}
+
+function drawKey(mark, key) {
+  mark.dataset.frame = key.frame;
+  mark.style.left = place(key.frame);
+  const name = key.name ? `, ${key.name}` : "";
+  mark.title = `frame ${rounded(key.frame)}${name}, ${key.interp}; drag, or use the arrow keys, to move it`;
+  mark.setAttribute("aria-label", `Key at frame ${rounded(key.frame)}${name}`);
 }
 
 function keyButton() {
@@ -79,7 +116,7 @@ function keyButton() {
     button.onpointerup = button.onpointercancel = (up) => {
       button.onpointermove = button.onpointerup = button.onpointercancel = null;
       if (dragged !== null && up.type === "pointerup" && dragged !== frame()) timeline.on.move(frame(), dragged);
-      drawTimeline();
+      button.style.left = place(frame());
     };
   };
   button.onkeydown = (event) => {
@@ -94,8 +131,8 @@ function keyButton() {
 }
 
 function nextKey(direction) {
-  const keys = direction > 0 ? timeline.keys : [...timeline.keys].reverse();
-  return keys.find((key) => direction * (key.frame - timeline.frame) > 0)?.frame;
+  const index = keyIndex(timeline.frame);
+  return timeline.keys[direction < 0 ? index - 1 : index + (keyHere() ? 1 : 0)]?.frame;
 }
 
 /** Plays the path from the frame that is shown; at its end it begins anew. Frames that come too late are left out. */
@@ -172,5 +209,7 @@ function goByFrames(direction) {
 
 /** The frame of the key at a number, as fields show it, or else the nearest whole frame. */
 function typedFrame(number) {
-  return timeline.keys.find((key) => rounded(key.frame) === number)?.frame ?? Math.round(number);
+  // Fields show millionths.
+  const key = timeline.keys[keyIndex(number - 1e-6)];
+  return key && rounded(key.frame) === number ? key.frame : Math.round(number);
 }

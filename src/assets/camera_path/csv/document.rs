@@ -3,6 +3,8 @@
 //! Comments, blank lines, the order and the names of columns, the separator and the other cells stay unchanged. An edit that would
 //! make the file invalid is refused and changes nothing.
 
+use std::sync::Arc;
+
 use glam::DVec3;
 
 use crate::{
@@ -34,7 +36,7 @@ pub struct PathDocument {
     /// The number of the line of each key, and the key.
     keys: Vec<(usize, PathKey)>,
     /// `None` without keys.
-    path: Option<CameraPath>,
+    path: Option<Arc<CameraPath>>,
 }
 
 impl PathDocument {
@@ -58,7 +60,7 @@ impl PathDocument {
         Ok(Self {
             options: *options,
             lines: Lines::new(bytes, table.header.line, table.separator),
-            path: path.map_err(|e| PathProblem::of_file(e.to_string()))?,
+            path: path.map_err(|e| PathProblem::of_file(e.to_string()))?.map(Arc::new),
             keys: table.rows.iter().map(|row| row.line).zip(keys).collect(),
             layout,
         })
@@ -75,7 +77,7 @@ impl PathDocument {
     }
 
     /// The path through the keys; `None` without keys.
-    pub fn path(&self) -> Option<&CameraPath> {
+    pub fn path(&self) -> Option<&Arc<CameraPath>> {
         self.path.as_ref()
     }
 
@@ -184,8 +186,7 @@ impl PathDocument {
         cells.eye(key.eye);
         cells.orientation(&at, &pose, self.angles_near(key.frame));
         let lens_of = |key: &PathKey| state(key.frame).map_or(*scene, |s| s.apply(scene)).parameters();
-        let others: Vec<_> = self.keys().map(lens_of).collect();
-        cells.lens(&key.lens, &others)?;
+        cells.lens(&key.lens, &|| self.keys().map(lens_of).collect())?;
         cells.words(key);
         Ok(cells)
     }

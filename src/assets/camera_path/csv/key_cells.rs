@@ -102,12 +102,12 @@ impl<'a> KeyCells<'a> {
         }
     }
 
-    /// Sets the lens parameters of the key. `others` are those of the other keys.
+    /// Sets the lens parameters of the key. `others` returns those of the other keys, for new columns.
     ///
     /// # Errors
     /// The file stores one of them in another form, such as a focal length instead of an angle.
-    pub fn lens(&mut self, lens: &LensOverrides, others: &[LensOverrides]) -> Result<(), EditError> {
-        let of = |value: &dyn Fn(&LensOverrides) -> Option<f64>| others.iter().map(value).collect::<Vec<_>>();
+    pub fn lens(&mut self, lens: &LensOverrides, others: &dyn Fn() -> Vec<LensOverrides>) -> Result<(), EditError> {
+        let of = |value: &dyn Fn(&LensOverrides) -> Option<f64>| others().iter().map(value).collect::<Vec<_>>();
         match (self.layout.view, lens.view) {
             (Some((ViewKind::Vertical, column)), Some(FieldOfView::Vertical(v)))
             | (Some((ViewKind::Horizontal, column)), Some(FieldOfView::Horizontal(v)))
