@@ -102,3 +102,25 @@ pub(super) fn fill(light: &Color, alpha: &[f32], size: [usize; 2]) -> Color {
     }
     light
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn light_beyond_the_edge_equals_that_of_the_nearest_pixels_as_far_as_filters_reach() {
+        let (width, edge) = (24, 10);
+        let row = |value: f32| -> Vec<f32> {
+            (0..2 * width)
+                .map(|i| if i % width < edge { value } else { 0.0 })
+                .collect()
+        };
+        let filled = fill(&[row(0.4), row(0.2), row(0.1)], &row(0.5), [width, 2]);
+        for (plane, color) in filled.iter().zip([0.8, 0.4, 0.2]) {
+            for (i, light) in plane.iter().enumerate() {
+                let expected = if i % width < edge + REACH { color } else { 0.0 };
+                assert!((light - expected).abs() < 1e-5, "{i}: {light}");
+            }
+        }
+    }
+}
