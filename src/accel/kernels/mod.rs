@@ -76,8 +76,8 @@ kernel! {
 
 kernel! {
     /// Finds the nearest hits of rays in packets of [`RAYS`], if they are nearer than those in
-    /// `hits`; `order` gives the rays of a packet. The indices of rays that fit into no packet are
-    /// written to `remaining`.
+    /// `hits`. The indices of rays that still have to be traced one by one are written to
+    /// `remaining`.
     ///
     /// [`RAYS`]: ray16::RAYS
     nearest_packets(

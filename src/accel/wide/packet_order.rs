@@ -6,7 +6,8 @@
 //! fewer than sixteen, blocks of pixels are more coherent than rows, and the rows of a tile lie a
 //! fixed number of rays apart. So this module samples a few packets of the batch in each possible
 //! order and decides for the whole batch; this costs less than ten rays. Packets do not change
-//! hits, so a wrong guess costs time only.
+//! hits, so a wrong guess costs time only, and little of it: packets that visit too much of the tree
+//! are abandoned, as those of a wide lens are.
 
 use crate::{
     accel::{

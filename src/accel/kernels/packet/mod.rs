@@ -44,6 +44,10 @@ use rays::Packet;
 /// The smallest number of rays for which a packet is faster than single rays.
 const MIN_PACKET_RAYS: u32 = 4;
 
+/// The number of packets that are traced first. The others start once one of these is done, so that
+/// incoherent packets are noticed early.
+const PROBES: u32 = 4;
+
 /// The number of packets by which prefetching runs ahead.
 const PREFETCH_DISTANCE: usize = 4;
 
@@ -55,6 +59,8 @@ struct PacketQueue<'a> {
     rays: &'a [Ray],
     order: PacketOrder,
     upcoming: usize,
+    /// The number of packets that have started.
+    started: u32,
     /// The other rays of a list that was split, since not all of them go into one packet.
     rest: Option<PacketRays>,
     reach: f32,
@@ -86,7 +92,10 @@ impl PacketQueue<'_> {
         let mut next = self.next(level);
         while let Some(list) = next {
             next = match packet.gather(level, self.rays, &list, hits, self.reach) {
-                Gathered::All => return true,
+                Gathered::All => {
+                    self.started += 1;
+                    return true;
+                }
                 Gathered::Some { together, alone } => self.split(&list, together, alone).or_else(|| self.next(level)),
             };
         }
@@ -119,16 +128,20 @@ pub struct PacketBatch<'a> {
     pub rays: &'a [Ray],
     /// The grouping of the rays into packets.
     pub order: PacketOrder,
+    /// The mean number of nodes and leaves that a packet may visit. If packets visit more, they are
+    /// abandoned.
+    pub visits: u32,
 }
 
 /// Traces the rays of a batch. `hits` holds earlier results and receives the new ones. The indices
-/// of rays that fit into no packet are written to `remaining`.
+/// of rays that fit into no packet, or whose packet is abandoned, are written to `remaining`; these
+/// rays may have hits that are not the nearest ones.
 #[inline(always)]
 pub fn trace<L: SimdLevel>(
     level: L,
     tree: &WideTree,
     geometry: &Geometry,
-    PacketBatch { rays, order }: PacketBatch<'_>,
+    PacketBatch { rays, order, visits }: PacketBatch<'_>,
     hits: &mut [Option<Hit>],
     remaining: &mut Vec<u32>,
     scratch: &mut Scratch,
@@ -144,6 +157,7 @@ pub fn trace<L: SimdLevel>(
         rays,
         order,
         upcoming: 0,
+        started: 0,
         rest: None,
         reach: tree.padding.reach,
         left: remaining,
@@ -151,14 +165,24 @@ pub fn trace<L: SimdLevel>(
     let mut leaf_queue = PacketLeafQueue::new();
     // The set of active packets, one bit each.
     let mut active_set = 0_u64;
+    // The slots that packets may use.
+    let mut slots = (1 << PROBES) - 1;
+    let mut visited = 0_u64;
     loop {
         let [leaf, shape_or_done] = level.flags(active.next);
         let mut done = active_set & shape_or_done & !leaf;
         active_set ^= done;
+        if done != 0 {
+            slots = ALL_PACKETS;
+        }
         while done != 0 {
             active.all[pop_lowest(&mut done) % PACKETS].scatter(hits);
         }
-        let mut free = ALL_PACKETS & !active_set;
+        if visited > u64::from(queue.started) * u64::from(visits) {
+            abandon(&mut queue, active.all, active_set, hits);
+            break;
+        }
+        let mut free = slots & !active_set;
         while free != 0 {
             let id = pop_lowest(&mut free) % PACKETS;
             if !queue.refill(level, &mut active.all[id], hits) {
@@ -172,6 +196,7 @@ pub fn trace<L: SimdLevel>(
         }
         let at_leaf = active_set & leaf;
         let at_node = active_set ^ at_leaf;
+        visited += u64::from(active_set.count_ones());
         // SAFETY: these packets wait at nodes, and `stacks` are their stacks.
         unsafe { traversal::step::<L, Nearest, _, PACKETS>(level, tree, &starts, &mut active, at_node, stacks) };
         let mut at_leaf = at_leaf;
@@ -196,6 +221,23 @@ pub fn trace<L: SimdLevel>(
         }
         // SAFETY: `stacks` are the stacks of these packets.
         unsafe { traversal::pop::<L, _, PACKETS>(level, &starts, &mut active, active_set, stacks) };
+    }
+}
+
+/// Leaves the rays of the active and of all later packets to the stream kernel.
+#[cold]
+#[inline(never)]
+fn abandon(queue: &mut PacketQueue<'_>, packets: &[Packet; PACKETS], mut active: u64, hits: &mut [Option<Hit>]) {
+    while active != 0 {
+        let packet = &packets[pop_lowest(&mut active) % PACKETS];
+        packet.scatter(hits);
+        queue.left.extend(packet.rays());
+    }
+    if let Some(rest) = queue.rest.take() {
+        queue.left.extend(rest.as_slice());
+    }
+    for packet in queue.upcoming..queue.rays.len().div_ceil(RAYS) {
+        queue.left.extend(queue.order.list(packet, queue.rays.len()).as_slice());
     }
 }
 
@@ -239,6 +281,7 @@ mod tests {
             rays: &rays,
             order: PacketOrder::blocks(4, 16),
             upcoming: 0,
+            started: 0,
             rest: None,
             reach: 1.0,
             left: &mut left,

@@ -268,7 +268,7 @@ impl Packet {
     /// Writes the results to `hits`.
     #[inline(always)]
     pub fn scatter(&self, hits: &mut [Option<Hit>]) {
-        for (k, &id) in self.list.iter().enumerate().take(self.count) {
+        for (k, &id) in self.rays().iter().enumerate() {
             hits[id as usize] = Nearest::end(
                 &Best {
                     t: self.t.0[k],
@@ -279,6 +279,11 @@ impl Packet {
                 InstanceId::NONE,
             );
         }
+    }
+
+    /// Returns the indices of the packet's rays.
+    pub fn rays(&self) -> &[u32] {
+        &self.list[..self.count]
     }
 
     /// Returns the set of lanes that have a ray; the others have an arbitrary one of the batch.
