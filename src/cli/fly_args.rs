@@ -30,6 +30,7 @@ Keys of the page:
   Ctrl+S            save the camera path
   H                 this list
 
+W, A, S, D, E and Q count by their place on an American keyboard, all others by their character.
 A press is one step; a key that is held moves on at the speed that the page shows. Tab goes to the
 fields and buttons, Escape back to the picture.";
 

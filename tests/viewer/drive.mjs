@@ -14,7 +14,12 @@ import { createRequire } from "node:module";
 import os from "node:os";
 import path from "node:path";
 import { fileURLToPath } from "node:url";
-import { clashes, fits } from "./layout.mjs";
+import {
+  a_frame_and_an_edit_among_2000_keys_cost_what_they_cost_among_20,
+  keys_are_their_characters_and_movement_is_by_place,
+  wrong_numbers_are_refused_at_their_fields,
+} from "./input.mjs";
+import { clashes, fields, fits, isDrawn, settled } from "./page.mjs";
 
 const { chromium } = createRequire(path.join(process.env.PLAYWRIGHT, "package.json"))("playwright-core");
 const [program, screenshots] = process.argv.slice(2).map((name) => path.resolve(name));
@@ -52,13 +57,6 @@ async function ended(child) {
   child.kill("SIGINT");
   return code;
 }
-
-const isFinal = () => document.getElementById("view").dataset.stage === "final" && link.waiting.size === 0;
-
-/** Waits until the page shows all samples of what it has asked for. */
-const settled = (page) => page.waitForFunction(isFinal);
-
-const fields = (page, id) => page.locator(`#${id} input`).evaluateAll((inputs) => inputs.map((input) => Number(input.value)));
 
 async function six_keys_move_by_one_step(page) {
   const step = Number(await page.locator("#step").inputValue());
@@ -167,36 +165,6 @@ async function looks_change_what_is_rendered(page) {
   await page.keyboard.press("Escape");
 }
 
-async function wrong_numbers_are_refused_at_their_fields(page) {
-  const before = await page.evaluate(() => JSON.stringify([page.camera, page.look, timeline.frame]));
-  const fov = (await page.locator("#fov").count()) > 0;
-  for (const [id, typed, text] of [
-    ["exposure", "999", "999 is above 64"], ["samples", "0", "0 is below 1"], ["frame", "-2e9", "-2000000000 is below -1000000000"],
-    ["roll", "e", "a number is needed here"], ["roll", "", "a number is needed here"], ["step", "0", "0 is not above 0"],
-    // The renderer knows this one only.
-    ...(fov ? [["fov", "180", "frame 1: the view is not an angle between 0 and 180 degrees or a focal length above 0"]] : []),
-  ]) {
-    const field = page.locator(`#${id}`);
-    const shown = await field.inputValue();
-    await field.fill("");
-    await field.pressSequentially(typed);
-    await field.press("Enter");
-    await page.locator("#refusal").waitFor();
-    assert.equal(await page.locator("#refusal").textContent(), text, `${id} ${typed}`);
-    assert.equal(await field.getAttribute("aria-invalid"), "true");
-    const [below, box] = [await page.locator("#refusal").boundingBox(), await field.boundingBox()];
-    assert.ok(Math.abs(below.y - box.y) < 60 && Math.abs(below.x - box.x) < 300, "the reason is at the field");
-    await page.keyboard.press("Escape");
-    assert.equal(await field.inputValue(), shown, `${id} shows what is`);
-  }
-  assert.equal(await page.evaluate(() => JSON.stringify([page.camera, page.look, timeline.frame])), before);
-  assert.equal(await page.locator("#link").textContent(), "connected");
-  await page.fill("#exposure", "0");
-  await page.keyboard.press("Enter");
-  assert.equal(await page.locator("#refusal").isVisible(), false);
-  await page.keyboard.press("Escape");
-}
-
 /** With three keys on the timeline, at the frames 1, 9 and 17. */
 async function the_timeline_is_used_by_keyboard_alone(page) {
   const frames = () => page.evaluate(() => timeline.keys.map((key) => key.frame).join());
@@ -263,17 +231,6 @@ async function a_held_key_lags_little(page) {
   assert.ok(best.pictures >= 60, `${best.pictures} inputs in 3 s`);
   assert.ok(best.median <= MEDIAN_MS, `median ${best.median} ms`);
   assert.ok(best.worst <= WORST_MS, `worst ${best.worst} ms`);
-}
-
-/** Whether the canvas of the page has the pixels of a PNG file. */
-async function isDrawn(base64) {
-  const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
-  const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
-  const canvas = new OffscreenCanvas(image.width, image.height).getContext("2d", { alpha: false });
-  canvas.drawImage(image, 0, 0);
-  const of = (context) => context.getImageData(0, 0, image.width, image.height).data;
-  const [wanted, drawn] = [of(canvas), of(pen)];
-  return wanted.every((v, i) => v === drawn[i]);
 }
 
 async function keyframes_are_saved_and_rendered_as_shown(page, url) {
@@ -359,32 +316,6 @@ async function a_scene_that_changes_is_loaded_by_one_press(page) {
   await settled(page);
   fs.writeFileSync(file, text);
   await page.locator("#changed").waitFor({ state: "hidden" });
-}
-
-async function a_frame_and_an_edit_among_2000_keys_cost_what_they_cost_among_20(page) {
-  const [few, many] = await page.evaluate(() => {
-    const before = [...timeline.keys];
-    const all = (insert) => changeKeys({ at: 0, remove: timeline.keys.length, insert });
-    const cost = (count) => {
-      all(Array.from({ length: count }, (_, i) => ({ frame: 1 + i, name: null, interp: "smooth" })));
-      timeline.to = 2000;
-      const run = () => {
-        const begun = performance.now();
-        for (let i = 0; i < 100; i += 1) {
-          setFrame(1 + (i % count));
-          changeKeys({ at: 9, remove: 1, insert: [{ frame: 10, name: `${i}`, interp: "smooth" }] });
-          nextKey(-1);
-        }
-        return performance.now() - begun;
-      };
-      return Math.min(run(), run(), run(), run(), run());
-    };
-    const costs = [cost(20), cost(2000)];
-    all(before);
-    return costs;
-  });
-  console.log(`100 frames and edits: ${few.toFixed(1)} ms among 20 keys, ${many.toFixed(1)} ms among 2,000`);
-  assert.ok(many <= 2 * few + 3, `${few} ms, ${many} ms`);
 }
 
 /** With a file of times, which are no whole frames at 24 frames per second. */
@@ -501,6 +432,7 @@ try {
   for (const check of [
     six_keys_move_by_one_step,
     other_keys_the_pointer_and_fields_move_the_camera,
+    keys_are_their_characters_and_movement_is_by_place,
     looks_change_what_is_rendered,
     wrong_numbers_are_refused_at_their_fields,
     a_held_key_lags_little,

@@ -230,36 +230,50 @@ onNumber(byId("roll"), (roll, field) => wantCamera({ ...page.camera, roll }, per
 
 // Keys that move the camera: the first step at once, and while a key is held the speed
 
+/** By the place of a key: under the fingers on every keyboard. */
 const MOVES = {
   ArrowRight: [1, 0, 0], ArrowLeft: [-1, 0, 0], F1: [0, 1, 0], F2: [0, -1, 0], ArrowUp: [0, 0, 1], ArrowDown: [0, 0, -1],
   KeyD: [1, 0, 0], KeyA: [-1, 0, 0], KeyE: [0, 1, 0], KeyQ: [0, -1, 0], KeyW: [0, 0, 1], KeyS: [0, 0, -1],
 };
-const ROLLS = { KeyZ: 1, KeyX: -1 };
+/** By the character, as all other keys. */
+const ROLLS = { z: 1, x: -1 };
 const ROLL_STEP = 1;
 const HOLD = 250;
 
-/** The keys that are down, with the time since when. */
+/** The character of a key, or its name. On keyboards without Latin letters it is the letter of the place. */
+function characterOf({ key, code }) {
+  if (key.length === 1 && key > "\x7f" && code.startsWith("Key")) return code[3].toLowerCase();
+  return key.length === 1 ? key.toLowerCase() : key;
+}
+
+/** The motion of a key: a direction and a roll; undefined for other keys. */
+function motionOf(event) {
+  const [move, roll] = [MOVES[event.code], ROLLS[characterOf(event)]];
+  return move || roll ? { move: move ?? [0, 0, 0], roll: move ? 0 : roll } : undefined;
+}
+
+/** The motions of the keys that are down, by their places, with the time since when. */
 const held = new Map();
 let isFast = false;
 let lastTick = 0;
 
-function press(code, asked) {
-  held.set(code, asked);
-  step([code], page.step * (isFast ? 5 : 1), ROLL_STEP * (isFast ? 5 : 1), asked);
+function press(code, motion, asked) {
+  held.set(code, { motion, since: asked });
+  step([motion], page.step * (isFast ? 5 : 1), ROLL_STEP * (isFast ? 5 : 1), asked);
   if (held.size === 1) {
     lastTick = asked;
     requestAnimationFrame(tick);
   }
 }
 
-/** Moves by `metres` along the keys' directions. */
-function step(codes, metres, degrees, asked) {
+/** Moves by `metres` and rolls by `degrees` along the keys' directions. */
+function step(motions, metres, degrees, asked) {
   if (!page.camera) return;
   let by = [0, 0, 0];
   let roll = 0;
-  for (const code of codes) {
-    if (MOVES[code]) by = add(by, MOVES[code]);
-    roll += ROLLS[code] ?? 0;
+  for (const motion of motions) {
+    by = add(by, motion.move);
+    roll += motion.roll;
   }
   let { camera } = page;
   if (by.some((v) => v !== 0)) camera = moved(camera, scale(by, metres));
@@ -269,7 +283,7 @@ function step(codes, metres, degrees, asked) {
 
 function tick(now) {
   if (held.size === 0) return;
-  const moving = [...held].filter(([, since]) => now - since > HOLD).map(([code]) => code);
+  const moving = [...held.values()].filter(({ since }) => now - since > HOLD).map(({ motion }) => motion);
   const seconds = Math.min(0.1, Math.max(0, (now - lastTick) / 1000)) * (isFast ? 5 : 1);
   lastTick = now;
   if (moving.length > 0 && seconds > 0) step(moving, page.speed * seconds, 10 * ROLL_STEP * seconds, performance.now());
@@ -295,28 +309,29 @@ for (const id of ["step", "speed"]) {
 }
 
 const ACTIONS = {
-  Space: play,
-  Comma: () => goByFrames(-1),
-  Period: () => goByFrames(1),
+  " ": play,
+  ",": () => goByFrames(-1),
+  ".": () => goByFrames(1),
   PageUp: () => goToKey(-1),
   PageDown: () => goToKey(1),
-  KeyK: () => send({ t: "set" }),
+  k: () => send({ t: "set" }),
   Delete: () => keyHere() && send({ t: "delete", frame: timeline.frame }),
   Home: () => sendView({ t: "home" }),
-  KeyP: () => pick(0.5, 0.5, false),
-  KeyF: () => pick(0.5, 0.5, true),
-  KeyH: toggleHelp,
-  Equal: () => changeSteps(1.25),
-  NumpadAdd: () => changeSteps(1.25),
-  Minus: () => changeSteps(0.8),
-  NumpadSubtract: () => changeSteps(0.8),
+  p: () => pick(0.5, 0.5, false),
+  f: () => pick(0.5, 0.5, true),
+  h: toggleHelp,
+  "+": () => changeSteps(1.25),
+  // The plus sign of American keyboards without Shift.
+  "=": () => changeSteps(1.25),
+  "-": () => changeSteps(0.8),
 };
 
 const isField = (element) => element.matches("input, select, textarea");
 
 document.addEventListener("keydown", (event) => {
   isFast = event.shiftKey;
-  if ((event.ctrlKey || event.metaKey) && event.code === "KeyS") {
+  const [character, motion] = [characterOf(event), motionOf(event)];
+  if ((event.ctrlKey || event.metaKey) && character === "s") {
     event.preventDefault();
     send({ t: "save" });
     return;
@@ -327,14 +342,14 @@ document.addEventListener("keydown", (event) => {
   }
   if (event.ctrlKey || event.metaKey || event.altKey || isField(event.target)) return;
   // A button has its own use for the space bar.
-  if (event.code === "Space" && event.target.matches("button, a")) return;
-  if (MOVES[event.code] || ROLLS[event.code]) {
+  if (character === " " && event.target.matches("button, a")) return;
+  if (motion) {
     event.preventDefault();
     // The system's repeats of a key that is held say nothing new.
-    if (!held.has(event.code)) press(event.code, performance.now());
-  } else if (ACTIONS[event.code]) {
+    if (!held.has(event.code)) press(event.code, motion, performance.now());
+  } else if (ACTIONS[character]) {
     event.preventDefault();
-    ACTIONS[event.code]();
+    ACTIONS[character]();
   }
 });
 document.addEventListener("keyup", (event) => {
@@ -412,7 +427,7 @@ Object.assign(timeline.on, {
   remove: (frame) => send({ t: "delete", frame }),
   note,
 });
-byId("set-key").onclick = ACTIONS.KeyK;
+byId("set-key").onclick = ACTIONS.k;
 byId("delete-key").onclick = ACTIONS.Delete;
 byId("home").onclick = ACTIONS.Home;
 byId("save").onclick = () => send({ t: "save" });

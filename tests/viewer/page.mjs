@@ -1,4 +1,22 @@
-// How the page looks: functions that run in the page.
+// What the page shows, and how it looks.
+
+const isFinal = () => document.getElementById("view").dataset.stage === "final" && link.waiting.size === 0;
+
+/** Waits until the page shows all samples of what it has asked for. */
+export const settled = (page) => page.waitForFunction(isFinal);
+
+export const fields = (page, id) => page.locator(`#${id} input`).evaluateAll((inputs) => inputs.map((input) => Number(input.value)));
+
+/** Whether the canvas of the page has the pixels of a PNG file. */
+export async function isDrawn(base64) {
+  const bytes = Uint8Array.from(atob(base64), (c) => c.charCodeAt(0));
+  const image = await createImageBitmap(new Blob([bytes], { type: "image/png" }));
+  const canvas = new OffscreenCanvas(image.width, image.height).getContext("2d", { alpha: false });
+  canvas.drawImage(image, 0, 0);
+  const of = (context) => context.getImageData(0, 0, image.width, image.height).data;
+  const [wanted, drawn] = [of(canvas), of(pen)];
+  return wanted.every((v, i) => v === drawn[i]);
+}
 
 /** Texts that do not fit into their place, or lie over one another. */
 export function clashes() {
