@@ -78,14 +78,17 @@ fn run(session: &Session, request: &Request, cancel: &Cancel) -> Result<Summary,
 fn finish(session: &Session, done: Result<Summary, Error>) {
     session.job.send_modify(|facts| {
         (facts.state, facts.text) = match done {
-            Ok(summary) => (
-                "done",
-                format!("{} frames in {:.1} s", summary.rendered, summary.wall.as_secs_f64()),
-            ),
+            Ok(summary) => ("done", done_text(summary.rendered, summary.wall)),
             Err(error) if error.blame() == Blame::Cancelled => ("cancelled", String::new()),
             Err(error) => ("failed", error.messages().join("\n")),
         };
     });
+}
+
+/// The number of frames and the time of a job that is done.
+fn done_text(frames: usize, took: Duration) -> String {
+    let end = if frames == 1 { "" } else { "s" };
+    format!("{frames} frame{end} in {:.1} s", took.as_secs_f64())
 }
 
 /// Observes a job and reports to the pages.
@@ -201,5 +204,16 @@ impl Observer for Watch<'_> {
             }
             _ => {}
         }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_job_of_one_frame_is_done_with_1_frame() {
+        let texts = [0, 1, 2].map(|frames| done_text(frames, Duration::from_millis(300)));
+        assert_eq!(texts, ["0 frames in 0.3 s", "1 frame in 0.3 s", "2 frames in 0.3 s"]);
     }
 }

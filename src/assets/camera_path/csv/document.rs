@@ -81,7 +81,7 @@ impl PathDocument {
         self.path.as_ref()
     }
 
-    /// Adds a key, or replaces that of the same frame. The key looks at a target; in a file with rotations it becomes a rotation.
+    /// Adds a key, or replaces that of the same frame, whose frame or time stays as it is written. The key looks at a target; in a file with rotations it becomes a rotation.
     ///
     /// New parameters of the lens become columns, in which the other keys get the values of `scene`, the lens of the scene. An
     /// interpolation or a name that the key does not have is not changed.
@@ -182,7 +182,9 @@ impl PathDocument {
             path.at(frame.clamp(path.first(), path.last())).ok()
         };
         let mut cells = KeyCells::new(&self.layout, self.lines.columns(), self.keys.len());
-        cells.frame(key.frame);
+        if self.line_of(key.frame).is_none() {
+            cells.frame(key.frame);
+        }
         cells.eye(key.eye);
         cells.orientation(&at, &pose, self.angles_near(key.frame));
         let lens_of = |key: &PathKey| state(key.frame).map_or(*scene, |s| s.apply(scene)).parameters();

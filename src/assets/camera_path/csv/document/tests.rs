@@ -244,6 +244,20 @@ fn times_are_written_where_the_file_has_times() {
 }
 
 #[test]
+fn a_key_that_is_replaced_keeps_the_text_of_its_time() {
+    let options = CameraPathOptions {
+        fps: Some(24.0),
+        ..CameraPathOptions::default()
+    };
+    let file = "time,eye_x,eye_y,eye_z,target_x,target_y,target_z\n0.0417,0,0,5,0,0,0\n0.12345678,0,0,6,0,0,0\n";
+    let mut document = PathDocument::read(file.as_bytes(), &options).expect("a path");
+    for (frame, x) in [(1.0, 7.0), (0.12345678 * 24.0, 8.0)] {
+        document.set(&key(frame, [x, 0.0, 0.0]), &Lens::default()).expect("set");
+    }
+    assert!(text(&document).ends_with("\n0.0417,7,0,0,0,0,-85\n0.12345678,8,0,0,0,0,-85\n"));
+}
+
+#[test]
 fn an_edit_that_leaves_no_path_changes_nothing() {
     let mut document = document(SPACED);
     let at_target = key(30.0, [0.0, 0.0, -85.0]);
