@@ -2,24 +2,13 @@
 //!
 //! The axes of the tables are the perceived roughness and the root of a cosine: of the direction
 //! or, where all that counts is how far facets hide each other, of the direction on the stretched
-//! surface ([`Ggx::stretched_cos`]).
+//! surface ([`Ggx::stretched_cos`]). A test integrates the table again.
 
-use std::sync::OnceLock;
-
-use super::{
-    integral::{FacetGrid, direction, facets, reflected},
-    table::{column, lerp, locate, node},
-};
-use crate::{bsdf::microfacet::Ggx, math::Vec3};
+use super::table::{column, lerp, locate};
+use crate::bsdf::microfacet::Ggx;
 
 pub(super) const ROWS: usize = 48;
 const COLUMNS: usize = 64;
-const POINTS: FacetGrid = FacetGrid {
-    turns: 24,
-    slopes: 48,
-    turn: 0.5,
-    shift: 0.0,
-};
 
 /// The albedos for one roughness.
 #[derive(Debug)]
@@ -30,36 +19,28 @@ struct IsotropicRow {
     grazing: [f32; COLUMNS],
 }
 
-static TABLE: [OnceLock<Box<IsotropicRow>>; ROWS] = [const { OnceLock::new() }; ROWS];
+static TABLE: [IsotropicRow; ROWS] = read(include_bytes!("isotropic.bin"));
 
-#[inline(always)]
-fn row(i: usize) -> &'static IsotropicRow {
-    match TABLE[i].get() {
-        Some(row) => row,
-        None => made_row(i),
+/// The number of bytes of a row.
+const ROW_BYTES: usize = 2 * COLUMNS * size_of::<f32>();
+
+/// Reads the table: row by row, all `mirrors` before all `grazing`, in little endian.
+const fn read(bytes: &[u8; ROWS * ROW_BYTES]) -> [IsotropicRow; ROWS] {
+    const EMPTY: IsotropicRow = IsotropicRow {
+        mirrors: [0.0; COLUMNS],
+        grazing: [0.0; COLUMNS],
+    };
+    let (numbers, _) = bytes.as_chunks::<4>();
+    let mut rows = [EMPTY; ROWS];
+    let mut i = 0;
+    while i < ROWS * COLUMNS {
+        let (row, column) = (i / COLUMNS, i % COLUMNS);
+        let first = 2 * COLUMNS * row + column;
+        rows[row].mirrors[column] = f32::from_le_bytes(numbers[first]);
+        rows[row].grazing[column] = f32::from_le_bytes(numbers[first + COLUMNS]);
+        i += 1;
     }
-}
-
-#[cold]
-fn made_row(i: usize) -> &'static IsotropicRow {
-    TABLE[i].get_or_init(|| {
-        let ggx = facets(node(i, ROWS));
-        let cos = |j| {
-            let root: f32 = node(j, COLUMNS);
-            (root * root).max(1e-4)
-        };
-        Box::new(IsotropicRow {
-            mirrors: std::array::from_fn(|j| reflected(POINTS, &ggx, stretched_direction(&ggx, cos(j)))[0]),
-            grazing: std::array::from_fn(|j| reflected(POINTS, &ggx, direction(cos(j)))[1]),
-        })
-    })
-}
-
-/// The direction whose [`Ggx::stretched_cos`] is `t`.
-fn stretched_direction(ggx: &Ggx, t: f32) -> Vec3 {
-    let a = ggx.alpha.x;
-    let cos = t * a / (1.0 - t * t + t * t * a * a).sqrt();
-    direction(cos.min(1.0))
+    rows
 }
 
 /// The place of a roughness between two rows.
@@ -100,7 +81,7 @@ impl RowPlace {
     pub(super) fn rows(self) -> RowPair {
         let i = usize::from(self.row);
         RowPair {
-            rows: [row(i), row(i + 1)],
+            rows: [&TABLE[i], &TABLE[i + 1]],
             f: self.f,
         }
     }
@@ -166,5 +147,59 @@ impl RowPair {
     pub fn grazing(self, cos: f32) -> f32 {
         let (i, f) = place(column(cos));
         self.grazing_about(i).between(f, self.f)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        bsdf::albedo::{
+            integral::{FacetGrid, direction, facets, reflected},
+            table::node,
+        },
+        math::Vec3,
+    };
+
+    const POINTS: FacetGrid = FacetGrid {
+        turns: 24,
+        slopes: 48,
+        turn: 0.5,
+        shift: 0.0,
+    };
+
+    /// The direction whose [`Ggx::stretched_cos`] is `t`.
+    fn stretched_direction(ggx: &Ggx, t: f32) -> Vec3 {
+        let a = ggx.alpha.x;
+        let cos = t * a / (1.0 - t * t + t * t * a * a).sqrt();
+        direction(cos.min(1.0))
+    }
+
+    fn integrated(i: usize) -> impl Iterator<Item = f32> {
+        let ggx = facets(node(i, ROWS));
+        let cos = |j| {
+            let root: f32 = node(j, COLUMNS);
+            (root * root).max(1e-4)
+        };
+        let mirrors = move |j| reflected(POINTS, &ggx, stretched_direction(&ggx, cos(j)))[0];
+        let grazing = move |j| reflected(POINTS, &ggx, direction(cos(j)))[1];
+        (0..COLUMNS).map(mirrors).chain((0..COLUMNS).map(grazing))
+    }
+
+    #[test]
+    fn the_table_equals_the_integrals() {
+        if std::env::var_os("BLESS").is_some() {
+            let numbers = (0..ROWS).flat_map(integrated);
+            let bytes: Vec<u8> = numbers.flat_map(f32::to_le_bytes).collect();
+            std::fs::write("src/bsdf/albedo/isotropic.bin", bytes).expect("the source is writable");
+            return;
+        }
+        for (i, row) in TABLE.iter().enumerate() {
+            let table = row.mirrors.iter().chain(&row.grazing);
+            assert!(
+                table.copied().map(f32::to_bits).eq(integrated(i).map(f32::to_bits)),
+                "row {i}"
+            );
+        }
     }
 }
