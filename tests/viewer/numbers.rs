@@ -29,7 +29,10 @@ fn a_wrong_number_is_refused_with_its_name_and_ends_nothing() {
         (view("NaN"), "eye: NaN is not a number"),
         (view("1e999"), "eye: 1e999 is out of range"),
         (view("1e39"), "out of range"),
-        ("{\"t\":\"frame\",\"seq\":5,\"frame\":1e99}".to_owned(), "out of range"),
+        (
+            "{\"t\":\"frame\",\"seq\":5,\"frame\":1e99}".to_owned(),
+            "is not a number between -1000000000 and 1000000000",
+        ),
     ] {
         page.socket.send(Message::text(message.as_str())).expect("sent");
         let note = page.told("note");
