@@ -7,7 +7,7 @@ use super::{
 };
 use crate::{
     math::{Ray, RayCone, Rgb, Vec3},
-    scene::{LightGroup, MediumStack, SurfaceInteraction},
+    scene::{LightGroup, MediumStack, SurfaceInteraction, contacts::Contact},
 };
 
 /// The output of an integrator for all vertices of a wave, in order.
@@ -32,6 +32,8 @@ pub struct ShadingOutput {
     has_cones: bool,
     /// The surface of the current vertex, if paths have cones.
     mirror: Mirror,
+    /// The contact of the current vertex with another surface.
+    contact: Option<Box<Contact>>,
 }
 
 /// The surfaces that a shadow ray may pass in addition to those with opacity below 1, and its media.
@@ -109,12 +111,26 @@ impl ShadingOutput {
     #[inline]
     pub(crate) fn begin_vertex(&mut self, path: &PathState) {
         self.vertex = CurrentVertex::of(path);
+        self.contact = None;
     }
 
-    /// Starts the vertex at the end of `path` on `surface`, if paths have cones.
-    #[inline]
-    pub(crate) fn begin_surface_vertex(&mut self, path: &PathState, surface: &SurfaceInteraction) {
+    /// Starts the vertex at the end of `path` on `surface`, which another surface may touch.
+    #[inline(always)]
+    pub(crate) fn begin_surface_vertex(
+        &mut self,
+        path: &PathState,
+        surface: &SurfaceInteraction,
+        contact: Option<Box<Contact>>,
+    ) {
         self.begin_vertex(path);
+        self.contact = contact;
+        if self.has_cones {
+            self.set_mirror(surface);
+        }
+    }
+
+    #[inline]
+    fn set_mirror(&mut self, surface: &SurfaceInteraction) {
         self.mirror = Mirror {
             n: if surface.ng.dot(surface.wo) < 0.0 {
                 -surface.ng
@@ -182,7 +198,7 @@ impl ShadingOutput {
         tag: impl FnOnce() -> Tag,
     ) {
         let l = self.vertex.throughput * l_if_visible;
-        self.shadow_rays.push(ray);
+        self.shadow_rays.push(self.started(ray));
         self.shadow_light.push((self.vertex.arrival.sample, l));
         if self.records_passages {
             self.shadow_passages.push(passage());
@@ -225,9 +241,18 @@ impl ShadingOutput {
         self.push_path(ray, weight, last, self.vertex.cone);
     }
 
+    /// The ray as it leaves the surface of the current vertex.
+    #[inline(always)]
+    fn started(&self, ray: Ray) -> Ray {
+        match &self.contact {
+            None => ray,
+            Some(contact) => contact.start(ray),
+        }
+    }
+
     #[inline(always)]
     fn push_path(&mut self, ray: Ray, weight: Rgb, last: BounceState, cone: RayCone) {
-        self.rays.push(ray);
+        self.rays.push(self.started(ray));
         self.paths.push(PathState {
             sample: self.vertex.arrival.sample,
             depth: self.vertex.depth + 1,

@@ -32,8 +32,6 @@ pub struct VertexBatch<'a> {
     pub lights: &'a LightSamples,
     pub keys: &'a SampleKeys,
     pub samples: &'a SampleBatch,
-    /// Whether the paths have cones.
-    pub has_cones: bool,
     /// The round of shadow rays, from 0.
     pub round: u32,
 }
@@ -83,8 +81,10 @@ impl<'a> VertexBatch<'a> {
     pub(super) fn begin(&self, k: usize, out: &mut ShadingOutput) -> VertexContext<'_> {
         let context = self.context(k);
         match context.vertex {
-            Vertex::Surface(surface, _) if self.has_cones => out.begin_surface_vertex(context.path, surface),
-            _ => out.begin_vertex(context.path),
+            Vertex::Surface(surface, hit) => {
+                out.begin_surface_vertex(context.path, surface, self.scene.contact(surface, hit));
+            }
+            Vertex::Miss(_) => out.begin_vertex(context.path),
         }
         context
     }

@@ -76,7 +76,6 @@ impl BatchInputs {
             lights: &self.lights,
             keys: &self.keys,
             samples: &self.samples,
-            has_cones: context.cone.is_some(),
             round,
         }
     }

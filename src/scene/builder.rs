@@ -6,7 +6,7 @@ use std::sync::Arc;
 
 use super::{
     Background, InstanceRecord, LightGroups, MeshRecord, NodeId, NodeName, Object, ObjectFromGroup, ObjectId, Scene,
-    SceneBuildError, SceneGeometry, SceneShading, mesh_transform::MeshTransform,
+    SceneBuildError, SceneGeometry, SceneShading, contacts::Contacts, mesh_transform::MeshTransform,
 };
 use crate::{
     accel::{self, BuildOptions},
@@ -398,6 +398,7 @@ impl SceneBuilder {
             }
         };
         let geometry = SceneGeometry {
+            contacts: Contacts::new(accel.geometry()),
             accel,
             objects: self.objects,
             meshes: self.meshes,

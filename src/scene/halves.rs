@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{
-    Background, InstanceRecord, LightGroups, Media, MeshRecord, NodeName, Object, ObjectId,
+    Background, InstanceRecord, LightGroups, Media, MeshRecord, NodeName, Object, ObjectId, contacts::Contacts,
     material_bsdfs::MaterialBsdfs,
 };
 use crate::{
@@ -30,6 +30,7 @@ pub struct SceneGeometry {
     pub shape_colors: Vec<Vec4>,
     /// The nodes of all model files.
     pub nodes: Vec<NodeName>,
+    pub contacts: Contacts,
 }
 
 impl SceneGeometry {

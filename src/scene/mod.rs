@@ -20,6 +20,7 @@ use crate::{
 mod albedo;
 pub mod background;
 pub mod builder;
+pub mod contacts;
 mod emitter_bounds;
 pub mod emitters;
 mod error;

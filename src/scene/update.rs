@@ -10,7 +10,7 @@
 
 use std::{collections::HashMap, sync::Arc};
 
-use super::{Lights, ObjectFromGroup, ObjectId, Scene, builder::GroupId};
+use super::{Lights, ObjectFromGroup, ObjectId, Scene, builder::GroupId, contacts::Contacts};
 use crate::{
     accel::UpdateReport,
     geometry::{BuildError, Edit, InstanceId},
@@ -82,6 +82,7 @@ impl Scene {
             geometry.object_transforms.push(object_from_group);
             geometry.instances[instance].object_from_group = ObjectFromGroup::At(place);
         }
+        geometry.contacts = Contacts::new(geometry.accel.geometry());
         for pose in &update.poses {
             geometry.meshes[pose.mesh.0 as usize].normals.clone_from(&pose.normals);
         }

@@ -10,6 +10,7 @@ mod bits;
 mod bump;
 mod chunks;
 mod cli;
+mod closed_room;
 mod components;
 mod cryptomatte;
 mod cube;
