@@ -6,6 +6,7 @@ use super::{
     blur,
     choose::{LEAST_ERROR, OF_MEAN, error_weights},
     frame::Frame,
+    level::{levels, share},
     nlm::{PATCH_RADIUS, difference, weight},
     reproject::{Reprojected, reproject},
     signal::{Color, Signal},
@@ -20,6 +21,7 @@ pub(super) fn accumulate(own: &Frame, others: &[&Frame], simd: Isa) -> Signal {
     let pixels = own.pixels();
     // The own frame counts once.
     let mut sum = own.signal.clone();
+    let own_levels = levels(&own.signal.halves, own.size);
     let mut weights = [vec![1.0; pixels], vec![1.0; pixels]];
     let mut total = vec![1.0; pixels];
     for other in others {
@@ -36,6 +38,13 @@ pub(super) fn accumulate(own: &Frame, others: &[&Frame], simd: Isa) -> Signal {
         } else {
             without_shifts(own, &signal, found)
         };
+        // A path of much light in another frame must not look like that of all.
+        let other_levels = levels(&signal.halves, own.size);
+        let shares = own_levels
+            .iter()
+            .zip(&other_levels)
+            .map(|(own, other)| share(*own, *other));
+        let found: Vec<f32> = found.iter().zip(shares).map(|(found, share)| found * share).collect();
         // The weights by one half are those of the other.
         let by_half = [1, 0].map(|half| weights_of(own, &signal, half, (&found, is_still), simd));
         let pairs = || by_half[0].iter().zip(&by_half[1]);

@@ -295,6 +295,30 @@ fn at_most_a_tenth_of_the_specks_is_left_and_none_spreads() {
 }
 
 #[test]
+fn a_bright_path_of_another_frame_beside_a_lamp_counts_as_little_as_its_brightness_differs() {
+    let (path, is_lamp) = (40 * SIZE[0] + 52, |x: usize, y: usize| {
+        x.abs_diff(49) < 2 && y.abs_diff(40) < 2
+    });
+    let frames = [70, 80].map(|seed| {
+        let mut frame = frame(seed, 0.0, 0.0, |_, _| 1.0);
+        let half = |half: u32| -> Color {
+            let grain = |x, y| 0.02 * noise(seed + half, y * SIZE[0] + x);
+            gray(|x, y| if is_lamp(x, y) { 100.0 } else { 1.0 + grain(x, y) })
+        };
+        let mut halves = [half(0), half(1)];
+        if seed == 80 {
+            halves[0].iter_mut().for_each(|plane| plane[path] = 16.0);
+        }
+        frame.set_light(halves, Vec::new());
+        frame
+    });
+    let mean = mean_of(&accumulate::accumulate(&frames[0], &[&frames[1]], Isa::best()).halves);
+    // It may have twice the light, and counts as 2 / 16: (1 + 8.5 / 8) / (1 + 1 / 8).
+    let light = 0.5 * mean[0][path];
+    assert!((light - 1.83).abs() < 0.05, "{light}");
+}
+
+#[test]
 fn a_mirrored_lamp_of_few_pixels_lends_no_light_to_what_is_around_it() {
     let distance = |x: usize, y: usize| x.abs_diff(48).max(y.abs_diff(40));
     let truth = |x: usize, y: usize| if distance(x, y) < 2 { 100.0 } else { 1.0 };
