@@ -379,8 +379,9 @@ mod tests {
             .filter(|spec| !matches!(spec.source, PassSource::Integrator))
         {
             let filtered = spec.combine == Combine::Filtered;
-            use PassSource::{FirstHit, Matte, Mean, MeanVariance, Statistic};
-            let is_mean = matches!(spec.source, Mean(_));
+            use PassSource::{AlphaHalves, FirstHit, Matte, Mean, MeanVariance, Statistic};
+            // The halves of the alpha are filtered as the alpha is.
+            let is_mean = matches!(spec.source, Mean(_) | AlphaHalves);
             assert_eq!(spec.is_light() || is_mean, filtered, "{}", spec.name);
             let is_data = matches!(spec.source, FirstHit(_) | Matte(_) | Statistic(_) | MeanVariance(_));
             assert_eq!(!filtered, is_data, "{}", spec.name);

@@ -33,7 +33,7 @@ pub struct ShadingOutput {
     /// The surface of the current vertex, if paths have cones.
     mirror: Mirror,
     /// The contact of the current vertex with another surface.
-    contact: Option<Box<Contact>>,
+    contact: Option<Contact>,
 }
 
 /// The surfaces that a shadow ray may pass in addition to those with opacity below 1, and its media.
@@ -114,19 +114,20 @@ impl ShadingOutput {
         self.contact = None;
     }
 
-    /// Starts the vertex at the end of `path` on `surface`, which another surface may touch.
+    /// Starts the vertex at the end of `path` on `surface`.
     #[inline(always)]
-    pub(crate) fn begin_surface_vertex(
-        &mut self,
-        path: &PathState,
-        surface: &SurfaceInteraction,
-        contact: Option<Box<Contact>>,
-    ) {
+    pub(crate) fn begin_surface_vertex(&mut self, path: &PathState, surface: &SurfaceInteraction) {
         self.begin_vertex(path);
-        self.contact = contact;
         if self.has_cones {
             self.set_mirror(surface);
         }
+    }
+
+    /// Lets the rays of the current vertex start at a contact.
+    #[cold]
+    #[inline(never)]
+    pub(crate) fn set_contact(&mut self, contact: Contact) {
+        self.contact = Some(contact);
     }
 
     #[inline]

@@ -82,7 +82,10 @@ impl<'a> VertexBatch<'a> {
         let context = self.context(k);
         match context.vertex {
             Vertex::Surface(surface, hit) => {
-                out.begin_surface_vertex(context.path, surface, self.scene.contact(surface, hit));
+                out.begin_surface_vertex(context.path, surface);
+                if let Some(contact) = self.scene.contact(surface, hit) {
+                    out.set_contact(contact);
+                }
             }
             Vertex::Miss(_) => out.begin_vertex(context.path),
         }

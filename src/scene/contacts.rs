@@ -176,7 +176,7 @@ impl Contact {
 impl Scene {
     /// The contact at a hit, if there is one. Few hits have one.
     #[inline(always)]
-    pub(crate) fn contact(&self, surface: &SurfaceInteraction, hit: &Hit) -> Option<Box<Contact>> {
+    pub(crate) fn contact(&self, surface: &SurfaceInteraction, hit: &Hit) -> Option<Contact> {
         if self.geometry.contacts.starts.is_empty() || hit.instance != InstanceId::NONE {
             return None;
         }
@@ -184,19 +184,19 @@ impl Scene {
     }
 
     #[inline(never)]
-    fn contact_of_shape(&self, surface: &SurfaceInteraction, hit: &Hit) -> Option<Box<Contact>> {
+    fn contact_of_shape(&self, surface: &SurfaceInteraction, hit: &Hit) -> Option<Contact> {
         let contacts = &self.geometry.contacts;
         let geometry = self.geometry.accel.geometry();
         let shape = (hit.prim.index() as usize).checked_sub(geometry.triangles.len())?;
         let towards = contacts.towards(shape, surface.p, surface.wo)?;
         let placed = &geometry.shapes[shape];
-        Some(Box::new(Contact {
+        Some(Contact {
             shape: placed.shape,
             world_from_local: geometry.transform(placed).copied(),
             p: surface.p,
             ng: surface.ng,
             towards,
-        }))
+        })
     }
 }
 
