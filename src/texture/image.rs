@@ -218,30 +218,9 @@ impl Footprint {
     }
 }
 
-/// The largest number of texels that are read for a bound.
-const MAX_BOUNDED_TEXELS: f32 = 65_536.0;
-
 impl PatternKind for ImagePattern {
     fn max_value(&self, bitmaps: &[Bitmap]) -> Rgb {
         bitmaps[self.bitmap.0 as usize].max_value()
-    }
-
-    fn max_within(&self, bitmaps: &[Bitmap], corners: [Vec2; 2]) -> Rgb {
-        let bitmap = &bitmaps[self.bitmap.0 as usize];
-        let size = Vec2::new(bitmap.width as f32, bitmap.height as f32);
-        let [low, high] = corners.map(|st| (st * size - 0.5).floor());
-        let texels = high - low + 2.0;
-        let count = texels.x * texels.y;
-        if count.is_nan() || count > MAX_BOUNDED_TEXELS {
-            return bitmap.max_value();
-        }
-        let along = |axis: usize, n: u32| {
-            let first = low[axis] as i64;
-            let wrap = self.wrap[axis];
-            (first..first + texels[axis] as i64).filter_map(move |i| wrap.texel(i, i64::from(n)))
-        };
-        let texels = along(1, bitmap.height).flat_map(|j| along(0, bitmap.width).map(move |i| (i, j)));
-        texels.fold(Rgb::BLACK, |most, (i, j)| most.max(bitmap.texel_from_bottom(i, j)))
     }
 
     fn alpha(&self, bitmaps: &[Bitmap], st: Vec2) -> f32 {
