@@ -16,10 +16,11 @@ use std::{
 use batch_render::{
     batch::{Job, JobEvent, Observer, Plan, PlannedFrame, with_finished},
     error::Error,
+    math::srgb,
     output::{Contents, EncodeError, OutputError, atomic, job_file::FolderGate},
     render::Cancel,
 };
-use image::{RgbImage, imageops};
+use image::{DynamicImage, RgbImage, imageops};
 
 use super::{create::cannot_create, small_picture::small_picture};
 
@@ -191,10 +192,23 @@ fn finished_picture(plan: &Plan, frame: &PlannedFrame) -> Option<RgbImage> {
     let Some(file) = files.find(|file| file.format.contents() == Contents::Picture) else {
         return with_finished(plan, frame, |image| small_picture(image, MAX_COLUMNS));
     };
-    let picture = image::open(&file.path).ok()?.into_rgb8();
+    let picture = over_black(image::open(&file.path).ok()?);
     let columns = MAX_COLUMNS.min(picture.width());
     let rows = (columns * picture.height()).div_ceil(picture.width().max(1)).max(1);
     Some(imageops::thumbnail(&picture, columns, rows))
+}
+
+/// The picture over black, in linear light, as the frames that a job renders are shown.
+fn over_black(picture: DynamicImage) -> RgbImage {
+    if !picture.color().has_alpha() {
+        return picture.into_rgb8();
+    }
+    let picture = picture.into_rgba8();
+    RgbImage::from_fn(picture.width(), picture.height(), |x, y| {
+        let image::Rgba([r, g, b, a]) = *picture.get_pixel(x, y);
+        let alpha = f32::from(a) / 255.0;
+        image::Rgb([r, g, b].map(|c| srgb::encode8(srgb::decode8(c) * alpha)))
+    })
 }
 
 /// Writes an animated PNG, which plays for ever.

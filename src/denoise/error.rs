@@ -16,6 +16,8 @@ pub enum DenoiseError {
         path.display()
     )]
     Gap { path: PathBuf, before: i32, after: i32 },
+    #[error("the file was rendered from other inputs or with other settings: render it again: {}", path.display())]
+    OtherJob { path: PathBuf },
     #[error("the file is incomplete or altered: {}", path.display())]
     Damaged { path: PathBuf },
     #[error("the file was not written by batch-render: {}", path.display())]

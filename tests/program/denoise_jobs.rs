@@ -256,6 +256,33 @@ fn stale_and_missing_denoised_frames_are_listed_with_their_reasons() {
 }
 
 #[test]
+fn a_step_that_denoises_refuses_frames_of_other_settings_and_a_denoised_frame_stands_for_itself_alone() {
+    let folder = folder();
+    let job = words(&[JOB, "-o f.#.exr"]);
+    let run = |more: &'static str| [&job[..], &words(&[more])].concat();
+    folder.succeed(&run("--denoise-step=render"));
+    folder.succeed(&run("--range=4 --seed=9 --denoise-step=render --overwrite"));
+    let error = folder.fail(65, &run("--denoise-step=denoise"));
+    let expected = "the file was rendered from other inputs or with other settings: render it again: noisy/f.4.exr";
+    assert!(error.contains(expected), "{error}");
+    // It helps no frame beside it.
+    let output = folder.run(&run("--denoise-step=denoise --range=3,5"));
+    assert!(
+        output.status.success() && stderr(&output).contains(": 3,5 (without 4)"),
+        "{}",
+        stderr(&output)
+    );
+    // Frames 2 and 3 of three need the same files, and are not the same.
+    let two_on_each_side = JOB.replace("--temporal 1", "--temporal 2");
+    let three = words(&[&two_on_each_side, "--range 1-3 --skip-existing -o g.#.exr"]);
+    folder.succeed(&three);
+    let own = folder.read("g.2.exr");
+    fs::copy(folder.path("g.3.exr"), folder.path("g.2.exr")).expect("it is there");
+    folder.succeed(&three);
+    assert!(folder.read("g.2.exr") == own);
+}
+
+#[test]
 fn a_filter_whose_library_is_missing_ends_the_job_before_the_first_ray() {
     let folder = folder();
     let job = "s.toml -q --samples 4 --denoise oidn --oidn-lib nowhere.so -o o/f.exr";

@@ -57,6 +57,25 @@ fn a_preview_shows_every_frame_in_order_for_its_time() {
 }
 
 #[test]
+fn transparent_frames_that_are_there_look_as_those_that_are_rendered() {
+    let folder = folder();
+    // Nothing is brighter than white, which is all that a PNG file holds.
+    let dull = "matte = { albedo = [0.3, 0.5, 0.4] }";
+    folder.write("s.toml", &SMALL_SCENE.replace("mirror = { reflectance = 0.9 }", dull));
+    let job = [&JOB[..], &["--set=background.visible=false", "--exposure=-4"]].concat();
+    folder.succeed(&job);
+    let (rendered, _) = film(&folder);
+    folder.succeed(&[&job[..], &["--skip-existing"]].concat());
+    let (read, _) = film(&folder);
+    assert!(rendered.iter().flatten().any(|value| *value > 0));
+    for (frame, (a, b)) in rendered.iter().zip(&read).enumerate() {
+        // Files hold the colour before it is covered, in 8 bits.
+        let most = a.iter().zip(b).map(|(a, b)| a.abs_diff(*b)).max();
+        assert!(most <= Some(2), "frame {frame}: {most:?}");
+    }
+}
+
+#[test]
 fn frames_that_are_there_come_from_their_files() {
     let folder = folder();
     folder.succeed(&JOB);

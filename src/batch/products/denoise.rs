@@ -50,8 +50,6 @@ pub struct DenoiseRequest {
 pub enum Helpers {
     /// All frames that are there; a gap between them is an error.
     Complete,
-    /// All frames that are there.
-    Present,
     /// The frames of this list that are there.
     Among(Vec<i32>),
 }
@@ -133,7 +131,7 @@ pub(super) fn denoise_into(
     let how = how(&method);
     let (mut loaded, mut seals) = (Loaded::default(), Seals::default());
     for (frame, around) in &sequence.wanted {
-        let fingerprint = seals.fingerprint(request, &how, &sequence.files_of(around))?;
+        let fingerprint = seals.fingerprint(request, &how, &sequence.inputs(*frame, around))?;
         if frames.keep(*frame, &fingerprint) {
             continue;
         }
@@ -158,11 +156,11 @@ pub(super) fn denoise_into(
 pub(super) fn fingerprints(request: &DenoiseRequest) -> Result<BTreeMap<i32, Option<String>>, Error> {
     let sequence = Sequence::find(request)?;
     let (how, mut seals) = (how(&load(&request.options.filter)?), Seals::default());
-    let mut of = |around: &[i32]| seals.fingerprint(request, &how, &sequence.files_of(around)).ok();
+    let mut of = |frame, around: &[i32]| seals.fingerprint(request, &how, &sequence.inputs(frame, around)).ok();
     Ok(sequence
         .wanted
         .iter()
-        .map(|(frame, around)| (*frame, of(around)))
+        .map(|(frame, around)| (*frame, of(*frame, around)))
         .collect())
 }
 
@@ -173,8 +171,10 @@ struct Sequence {
 }
 
 impl Sequence {
-    fn files_of(&self, frames: &[i32]) -> Vec<&Path> {
-        frames.iter().map(|frame| &*self.files[frame]).collect()
+    /// The files that a denoised frame is made of: its own first, since frames may need the same files.
+    fn inputs(&self, frame: i32, around: &[i32]) -> Vec<&Path> {
+        let all = std::iter::once(&frame).chain(around);
+        all.map(|frame| &*self.files[frame]).collect()
     }
 
     fn find(request: &DenoiseRequest) -> Result<Self, Error> {
@@ -191,7 +191,7 @@ impl Sequence {
         }
         let may_help = |frame: &i32| match &request.helpers {
             Helpers::Among(list) => list.contains(frame),
-            Helpers::Complete | Helpers::Present => true,
+            Helpers::Complete => true,
         };
         let reach = request.options.temporal as i32;
         let mut list = Vec::new();

@@ -6,6 +6,8 @@ use std::{
     path::PathBuf,
 };
 
+use rayon::prelude::*;
+
 use super::denoise::{self, DenoiseRequest, DenoisedFrames, Helpers};
 use crate::{
     batch::{
@@ -15,6 +17,7 @@ use crate::{
         resume::{failure::FrameError, fingerprint::FINGERPRINT},
         run,
     },
+    denoise::DenoiseError,
     error::Error,
     film::{Film, FilmLayout},
     output::{Coverage, Exr, ExrFile, Format as _, FrameImage, Numbers, OutputError, Value},
@@ -50,6 +53,9 @@ pub(in crate::batch) fn write(
             .collect(),
         done: RefCell::default(),
     };
+    if !plan.renders() {
+        refuse_foreign(plan, inputs)?;
+    }
     let beside = helpers(plan, inputs);
     let helpers = numbers.iter().chain(&beside).copied().collect();
     denoise::denoise_into(&request(plan, denoise, &numbers, helpers), &frames, cancel)?;
@@ -79,12 +85,16 @@ pub(in crate::batch) fn write(
     Ok(())
 }
 
-/// The frames of other jobs that are rendered as this one would render them; where this job renders none, those that are there.
+/// Refuses rendered frames that are not those of the plan.
+fn refuse_foreign(plan: &Plan, inputs: InputHash) -> Result<(), DenoiseError> {
+    let stale = plan.frames.par_iter().filter_map(|frame| frame.stale(plan, inputs));
+    let foreign = stale.find_first(|stale| stale.reason == StaleReason::Outdated);
+    foreign.map_or(Ok(()), |Stale { path, .. }| Err(DenoiseError::OtherJob { path }))
+}
+
+/// The frames of other jobs that are rendered as this one would render them.
 fn helpers(plan: &Plan, inputs: InputHash) -> HashSet<i32> {
-    let is_there = |frame: &&PlannedFrame| match plan.renders() {
-        true => frame.stale(plan, inputs).is_none(),
-        false => frame.files.iter().all(|file| file.path.exists()),
-    };
+    let is_there = |frame: &&PlannedFrame| frame.stale(plan, inputs).is_none();
     plan.beside.iter().filter(is_there).map(|frame| frame.number).collect()
 }
 
@@ -144,17 +154,13 @@ fn file_stale(file: &PlannedFile, fingerprint: Option<&str>) -> Option<Stale> {
     })
 }
 
-/// The request for these frames, which those in `helpers` may help where the job renders frames.
+/// The request for these frames, which those in `helpers` may help: other files in the folder may belong to another scene.
 fn request(plan: &Plan, denoise: &DenoisePlan, frames: &[i32], helpers: Vec<i32>) -> DenoiseRequest {
     DenoiseRequest {
         input: denoise.noisy.clone(),
         output: denoise.clean[0].clone(),
         frames: Some(FrameRange::of(frames.iter().map(|frame| i64::from(*frame)))),
-        helpers: match plan.renders() {
-            // Other files in the folder may belong to another scene.
-            true => Helpers::Among(helpers),
-            false => Helpers::Present,
-        },
+        helpers: Helpers::Among(helpers),
         options: denoise.options.clone(),
         skip_existing: plan.policy.existing == Existing::Skip,
         simd: plan.picture.accel.simd,

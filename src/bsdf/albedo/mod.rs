@@ -8,9 +8,10 @@
 //! 2017 course.
 //!
 //! Tables are linear between their nodes. That of isotropic facets, which most pictures use, is
-//! compiled in: `BLESS=1 cargo test --lib isotropic` writes it. The rows of the others are integrated
-//! on first use, in a few milliseconds, always to the same bits. What they say is never less than the truth, so that no light is gained,
-//! and more by no more than a hundredth, two of brushed facets at grazing angles (tested).
+//! compiled in: `cargo test --lib write_the_table -- --ignored` writes it. The rows of the others
+//! are integrated on first use, in a few milliseconds, always to the same bits. What they say is
+//! never less than the truth, so that no light is gained, and more by no more than a hundredth, two
+//! of brushed facets at grazing angles (tested).
 
 mod anisotropic;
 mod dielectric;

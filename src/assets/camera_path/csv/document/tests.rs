@@ -230,14 +230,19 @@ fn a_key_within_a_full_turn_keeps_the_turn() {
     assert!((degrees - DVec3::new(0.0, -450.0, 0.0)).length() < 1e-9, "{degrees}");
 }
 
-#[test]
-fn times_are_written_where_the_file_has_times() {
+/// Keys with times, at 24 frames a second.
+fn timed(keys: &str) -> PathDocument {
     let options = CameraPathOptions {
         fps: Some(24.0),
         ..CameraPathOptions::default()
     };
-    let file = "time,eye_x,eye_y,eye_z,target_x,target_y,target_z\n0,0,0,5,0,0,0\n";
-    let mut document = PathDocument::read(file.as_bytes(), &options).expect("a path");
+    let file = format!("time,eye_x,eye_y,eye_z,target_x,target_y,target_z\n{keys}");
+    PathDocument::read(file.as_bytes(), &options).expect("a path")
+}
+
+#[test]
+fn times_are_written_where_the_file_has_times() {
+    let mut document = timed("0,0,0,5,0,0,0\n");
     document.set(&key(7.0, [1.0; 3]), &Lens::default()).expect("set");
     assert_eq!(frames(&document), [0.0, 7.0]);
     assert!(text(&document).ends_with("0.291667,1,1,1,0,0,-85\n"));
@@ -245,12 +250,7 @@ fn times_are_written_where_the_file_has_times() {
 
 #[test]
 fn a_key_that_is_replaced_keeps_the_text_of_its_time() {
-    let options = CameraPathOptions {
-        fps: Some(24.0),
-        ..CameraPathOptions::default()
-    };
-    let file = "time,eye_x,eye_y,eye_z,target_x,target_y,target_z\n0.0417,0,0,5,0,0,0\n0.12345678,0,0,6,0,0,0\n";
-    let mut document = PathDocument::read(file.as_bytes(), &options).expect("a path");
+    let mut document = timed("0.0417,0,0,5,0,0,0\n0.12345678,0,0,6,0,0,0\n");
     for (frame, x) in [(1.0, 7.0), (0.12345678 * 24.0, 8.0)] {
         document.set(&key(frame, [x, 0.0, 0.0]), &Lens::default()).expect("set");
     }
