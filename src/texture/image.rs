@@ -18,7 +18,8 @@
 //!
 //! `trilinear` looks like `linear` from nearby. From afar it averages the texels that a pixel covers, by mip maps. A surface
 //! at a grazing angle is looked up in up to 8 pieces along the footprint of the pixel; where that is not enough, the texture
-//! is blurred.
+//! is blurred. Beyond an edge of a picture with `clamp` or `black` it averages what is there. The light of a lamp on other surfaces
+//! is that of `linear`.
 //!
 //! Where alpha is the opacity of a material, the colours of texels count by it: what is transparent has no colour. The colours of an EXR file
 //! are premultiplied, as in OpenEXR, and have the primaries that the file names by `colorInteropID` (a linear space) or
@@ -52,6 +53,8 @@ pub enum TextureFilter {
 
 /// Pieces that a long footprint is taken apart into, at most.
 const MAX_PROBES: u32 = 8;
+/// The same for the part of a footprint beyond an edge of the picture, which sees one row or column of texels.
+const MAX_EDGE_PROBES: u32 = 64;
 
 /// The colour outside of the picture.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
@@ -113,6 +116,28 @@ impl Wrap {
         }
     }
 
+    /// The parts of an interval that lie in the picture, before it and behind it, along an axis on which the picture goes from
+    /// 0 to 1.
+    fn parts(self, middle: f32, length: f32) -> [Part; 3] {
+        let part = |middle, length, share| Part { middle, length, share };
+        let nothing = part(0.0, 0.0, 0.0);
+        // Further away the interval sees the same.
+        let near = middle.clamp(-length, 1.0 + length);
+        let [low, high] = [near - 0.5 * length, near + 0.5 * length];
+        if self.period() > 0.0 || (low >= 0.0 && high <= 1.0) {
+            return [part(middle, length, 1.0), nothing, nothing];
+        }
+        let [from, to] = [low, high].map(|x| x.clamp(0.0, 1.0));
+        let inside = part(0.5 * (from + to), to - from, (to - from) / length);
+        if self == Self::Black {
+            return [inside, nothing, nothing];
+        }
+        let share = |outside: f32| outside.max(0.0) / length;
+        let before = part(0.0, 0.0, share(high.min(0.0) - low));
+        let behind = part(1.0, 0.0, share(high - low.max(1.0)));
+        [inside, before, behind]
+    }
+
     /// The same outside of the picture.
     #[cold]
     fn texel_outside(self, i: i64, n: i64) -> Option<u32> {
@@ -127,6 +152,16 @@ impl Wrap {
         };
         Some(inside as u32)
     }
+}
+
+/// A part of an interval along an axis of a picture.
+#[derive(Clone, Copy)]
+struct Part {
+    /// The middle and the length of what it sees of the picture.
+    middle: f32,
+    length: f32,
+    /// Its share of the interval.
+    share: f32,
 }
 
 impl ImagePattern {
@@ -173,6 +208,51 @@ impl ImagePattern {
         }
         near * (1.0 - f) + self.linear(bitmap.level(lower as usize + 1), st) * f
     }
+
+    /// The mean over a footprint around `st`; `look` has the mean over each of its pieces.
+    #[inline]
+    fn along(footprint: &Footprint, st: Vec2, look: impl Fn(Vec2) -> Rgb) -> Rgb {
+        let mut sum = Rgb::BLACK;
+        for probe in 0..footprint.probes {
+            let along = (probe as f32 + 0.5) / footprint.probes as f32 - 0.5;
+            sum += look(st + footprint.long_axis * along);
+        }
+        sum / footprint.probes as f32
+    }
+
+    /// The mean over a square of `width` texels around `st`, of a picture that does not repeat: the part of the square outside
+    /// of the picture sees its edge, or black.
+    #[cold]
+    fn within(&self, bitmap: &Bitmap, st: Vec2, width: f32) -> Rgb {
+        if !st.is_finite() {
+            return Rgb::BLACK;
+        }
+        // The share of the square that sees black is left out, so levels need no black around them.
+        let inside = Self {
+            wrap: self.wrap.map(|w| if w == Wrap::Black { Wrap::Clamp } else { w }),
+            ..*self
+        };
+        let size = Vec2::new(bitmap.width as f32, bitmap.height as f32);
+        let lengths = Vec2::splat(width) / size;
+        let columns = self.wrap[0].parts(st.x, lengths.x);
+        let rows = self.wrap[1].parts(st.y, lengths.y);
+        if columns[0].share * rows[0].share == 1.0 {
+            return inside.between_levels(bitmap, st, exponential::log2(width));
+        }
+        let mut sum = Rgb::BLACK;
+        for (s, t) in columns.iter().flat_map(|s| rows.iter().map(move |t| (s, t))) {
+            let share = s.share * t.share;
+            if share == 0.0 {
+                continue;
+            }
+            let sees_edge = s.length == 0.0 || t.length == 0.0;
+            let most = if sees_edge { MAX_EDGE_PROBES } else { MAX_PROBES };
+            let part = Footprint::of([Vec2::X * s.length, Vec2::Y * t.length], size, most);
+            let look = |st| inside.between_levels(bitmap, st, part.level());
+            sum += Self::along(&part, Vec2::new(s.middle, t.middle), look) * share;
+        }
+        sum
+    }
 }
 
 /// The footprint of a texture look-up.
@@ -182,13 +262,19 @@ struct Footprint {
     probes: u32,
     /// In s and t.
     long_axis: Vec2,
-    /// 0 for the picture itself, 1 for the copy of half its size, and between.
-    level: f32,
+    /// The width across the long axis, in texels, at least 1.
+    width: f32,
 }
 
 impl Footprint {
-    /// The footprint of the ellipse with these axes (s and t, from end to end) on a picture of `size` texels.
-    fn of([a, b]: [Vec2; 2], size: Vec2) -> Self {
+    /// The level: 0 for the picture itself, 1 for the copy of half its size, and between.
+    fn level(&self) -> f32 {
+        exponential::log2(self.width)
+    }
+
+    /// The footprint of the ellipse with these axes (s and t, from end to end) on a picture of `size` texels, in at most
+    /// `max_probes` places.
+    fn of([a, b]: [Vec2; 2], size: Vec2, max_probes: u32) -> Self {
         let (in_a, in_b) = (a * size, b * size);
         let (long, long_axis) = if in_a.length_squared() >= in_b.length_squared() {
             (in_a.length(), a)
@@ -201,19 +287,19 @@ impl Footprint {
         } else {
             0.0
         };
-        let width = short.max(long / MAX_PROBES as f32).max(1.0);
+        let width = short.max(long / max_probes as f32).max(1.0);
         if !(width.is_finite() && long_axis.is_finite()) {
             // Wider than any picture.
             return Self {
                 probes: 1,
                 long_axis: Vec2::ZERO,
-                level: f32::MAX,
+                width: f32::MAX,
             };
         }
         Self {
-            probes: ((long / width).round() as u32).clamp(1, MAX_PROBES),
+            probes: ((long / width).round() as u32).clamp(1, max_probes),
             long_axis,
-            level: exponential::log2(width),
+            width,
         }
     }
 }
@@ -271,13 +357,13 @@ impl PatternKind for ImagePattern {
     fn mean(&self, bitmaps: &[Bitmap], st: Vec2, axes: [Vec2; 2]) -> Rgb {
         let bitmap = &bitmaps[self.bitmap.0 as usize];
         let size = Vec2::new(bitmap.width as f32, bitmap.height as f32);
-        let footprint = Footprint::of(axes, size);
-        let mut sum = Rgb::BLACK;
-        for probe in 0..footprint.probes {
-            let along = (probe as f32 + 0.5) / footprint.probes as f32 - 0.5;
-            sum += self.between_levels(bitmap, st + footprint.long_axis * along, footprint.level);
+        let footprint = Footprint::of(axes, size, MAX_PROBES);
+        let ends = self.wrap.iter().any(|wrap| wrap.period() == 0.0);
+        if ends && footprint.width > 1.0 {
+            return Self::along(&footprint, st, |st| self.within(bitmap, st, footprint.width));
         }
-        sum / footprint.probes as f32
+        let level = footprint.level();
+        Self::along(&footprint, st, |st| self.between_levels(bitmap, st, level))
     }
 
     fn periods(&self) -> DVec2 {

@@ -96,19 +96,19 @@ fn magnified_a_picture_has_the_bits_of_linear() {
 fn a_footprint_of_twice_the_width_is_one_level_up() {
     let size = Vec2::new(512.0, 128.0);
     for texels in [1.0, 1.7, 40.0, 333.0] {
-        let level = |texels| Footprint::of(round(texels, 512, 128), size).level;
+        let level = |texels| Footprint::of(round(texels, 512, 128), size, MAX_PROBES).level();
         assert!((level(2.0 * texels) - level(texels) - 1.0).abs() < 1e-5, "{texels}");
     }
-    assert_eq!(Footprint::of(round(0.3, 512, 128), size).level, 0.0);
+    assert_eq!(Footprint::of(round(0.3, 512, 128), size, MAX_PROBES).level(), 0.0);
 }
 
 #[test]
 fn a_long_footprint_is_taken_apart_and_a_very_long_one_blurred() {
     let size = Vec2::splat(256.0);
-    let of = |long: f32, short: f32| Footprint::of([Vec2::X * long / 256.0, Vec2::Y * short / 256.0], size);
-    assert_eq!((of(4.0, 4.0).probes, of(4.0, 4.0).level), (1, 2.0));
-    assert_eq!((of(16.0, 4.0).probes, of(16.0, 4.0).level), (4, 2.0));
-    assert_eq!((of(64.0, 1.0).probes, of(64.0, 1.0).level), (8, 3.0));
+    let of = |long: f32, short: f32| Footprint::of([Vec2::X * long / 256.0, Vec2::Y * short / 256.0], size, MAX_PROBES);
+    assert_eq!((of(4.0, 4.0).probes, of(4.0, 4.0).level()), (1, 2.0));
+    assert_eq!((of(16.0, 4.0).probes, of(16.0, 4.0).level()), (4, 2.0));
+    assert_eq!((of(64.0, 1.0).probes, of(64.0, 1.0).level()), (8, 3.0));
 }
 
 #[test]
@@ -119,6 +119,83 @@ fn a_footprint_as_wide_as_the_picture_sees_its_mean() {
     for texels in [32.0, 1e4, f32::INFINITY] {
         let there = p.mean(&bitmaps, Vec2::new(0.2, 0.9), round(texels, 32, 32));
         assert!((there - last).map(f32::abs).max_component() < 1e-6, "{texels}");
+    }
+}
+
+/// The mean of a picture over `texels` columns and rows from a corner on, counted from the bottom left, by its texels.
+fn mean_of_texels(p: &ImagePattern, bitmap: &Bitmap, [i, j]: [i64; 2], texels: [i64; 2]) -> Rgb {
+    let (w, h) = (i64::from(bitmap.width), i64::from(bitmap.height));
+    let mut sum = Rgb::BLACK;
+    for (x, y) in (i..i + texels[0]).flat_map(|x| (j..j + texels[1]).map(move |y| (x, y))) {
+        if let (Some(x), Some(y)) = (p.wrap[0].texel(x, w), p.wrap[1].texel(y, h)) {
+            sum += bitmap.texel_from_bottom(x, y);
+        }
+    }
+    sum / (texels[0] * texels[1]) as f32
+}
+
+#[test]
+fn a_footprint_over_an_edge_is_the_mean_of_the_texels_as_the_picture_continues() {
+    let bitmaps = random(32, 32);
+    let side = 16;
+    for wrap in [Wrap::Clamp, Wrap::Black] {
+        let p = pattern(TextureFilter::Trilinear, wrap);
+        // Over edges, over corners, and beyond both.
+        for corner in [
+            [-8, 8],
+            [24, 16],
+            [0, -8],
+            [16, 24],
+            [-8, -8],
+            [24, 24],
+            [-64, 8],
+            [90, -40],
+            [8, 900],
+        ] {
+            let middle = corner.map(|i| (i + side / 2) as f32 / 32.0);
+            let found = p.mean(&bitmaps, Vec2::from_array(middle), round(side as f32, 32, 32));
+            let expected = mean_of_texels(&p, &bitmaps[0], corner, [side; 2]);
+            let error = (found - expected).map(f32::abs).max_component();
+            assert!(error < 1e-5, "{wrap:?} {corner:?}: {found:?} is not {expected:?}");
+        }
+    }
+}
+
+#[test]
+fn beyond_the_picture_a_footprint_of_any_size_sees_the_edge() {
+    let bitmaps = random(32, 16);
+    let p = pattern(TextureFilter::Trilinear, Wrap::Clamp);
+    for texels in [3.0, 40.0, 1000.0, 1e9] {
+        let axes = round(texels, 32, 16);
+        let away = 2.0 * texels;
+        let corner = p.mean(&bitmaps, Vec2::new(away, -away), axes);
+        assert_eq!(corner, bitmaps[0].texel_from_bottom(31, 0), "{texels}");
+        let black = pattern(TextureFilter::Trilinear, Wrap::Black);
+        assert_eq!(black.mean(&bitmaps, Vec2::new(away, 0.5), axes), Rgb::BLACK);
+    }
+    // Along the edge it sees all of it, and the rest of it the corners.
+    let found = p.mean(&bitmaps, Vec2::new(70.0, 0.5), round(64.0, 32, 16));
+    let expected = mean_of_texels(&p, &bitmaps[0], [2000, -24], [1, 64]);
+    assert!((found - expected).map(f32::abs).max_component() < 1e-5);
+    let quarters = p.mean(&bitmaps, Vec2::splat(0.5), round(f32::INFINITY, 32, 16));
+    let corners = [[0, 0], [31, 0], [0, 15], [31, 15]].map(|[i, j]| bitmaps[0].texel_from_bottom(i, j));
+    let expected = corners.into_iter().fold(Rgb::BLACK, |sum, c| sum + c) / 4.0;
+    assert!((quarters - expected).map(f32::abs).max_component() < 1e-5);
+}
+
+#[test]
+fn where_a_footprint_touches_an_edge_the_mean_has_no_step() {
+    let bitmaps = random(32, 32);
+    for wrap in [Wrap::Clamp, Wrap::Black] {
+        let p = pattern(TextureFilter::Trilinear, wrap);
+        for texels in [1.0, 1.3, 5.0, 11.0] {
+            let half = 0.5 * texels / 32.0;
+            for edge in [-half, half, 1.0 - half, 1.0 + half] {
+                let at = |s: f32| p.mean(&bitmaps, Vec2::new(s, 0.4), round(texels, 32, 32));
+                let step = at(edge + 1e-5) - at(edge - 1e-5);
+                assert!(step.map(f32::abs).max_component() < 1e-3, "{wrap:?} {texels} {edge}");
+            }
+        }
     }
 }
 
