@@ -97,12 +97,12 @@ impl EncodedImage {
 
     /// The bytes of memory for all levels, by the header; 0 if that is broken.
     pub fn memory(&self) -> u64 {
-        let kept = if self.bytes.starts_with(&exr::MAGIC) {
+        let memory = if self.bytes.starts_with(&exr::MAGIC) {
             exr::memory(&self.bytes).ok()
         } else {
-            self.opened().ok().map(|decoder| Sizes::of(&decoder).kept)
+            self.opened().ok().map(|decoder| Sizes::of(&decoder).in_memory(0))
         };
-        with_levels(kept.unwrap_or(0))
+        memory.unwrap_or(0)
     }
 
     /// Decodes it and halves its size `halvings` times.
@@ -145,10 +145,10 @@ impl EncodedImage {
         }
         let decoder = self.opened()?;
         let (width, height) = decoder.dimensions();
-        let Sizes { raw, kept } = Sizes::of(&decoder);
-        check_size([u64::from(width), u64::from(height)], raw)?;
-        memory.check(MemoryKind::Images, raw.saturating_add(kept))?;
-        memory.take(MemoryKind::Images, with_levels(shrunk(kept, halvings)))?;
+        let sizes = Sizes::of(&decoder);
+        check_size([u64::from(width), u64::from(height)], sizes.raw)?;
+        memory.check(MemoryKind::Images, sizes.raw.saturating_add(sizes.kept))?;
+        memory.take(MemoryKind::Images, sizes.in_memory(halvings))?;
         Ok(image_of(DynamicImage::from_decoder(decoder)?, self.color_space))
     }
 }
@@ -159,21 +159,26 @@ struct Sizes {
     raw: u64,
     /// The size in memory afterwards.
     kept: u64,
+    /// The size of a number.
+    number: u64,
 }
 
 impl Sizes {
     fn of(decoder: &impl ImageDecoder) -> Self {
         let raw = decoder.total_bytes();
         // Gray with alpha becomes RGBA.
-        let grows = if decoder.color_type().channel_count() == 2 {
-            2
-        } else {
-            1
-        };
+        let color = decoder.color_type();
+        let grows = if color.channel_count() == 2 { 2 } else { 1 };
         Self {
             raw,
             kept: raw.saturating_mul(grows),
+            number: u64::from(color.bytes_per_pixel() / color.channel_count()),
         }
+    }
+
+    /// The size in memory with all levels, after some halvings.
+    fn in_memory(&self, halvings: u32) -> u64 {
+        with_levels(shrunk(self.kept, halvings), self.number)
     }
 }
 

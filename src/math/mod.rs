@@ -18,6 +18,7 @@ mod sidedness;
 pub mod srgb;
 pub mod transform;
 pub mod trig;
+mod unit_float;
 mod vector;
 pub mod warp;
 mod working_space;
@@ -33,6 +34,7 @@ pub use ray::Ray;
 pub use rgb::Rgb;
 pub use sidedness::Sidedness;
 pub use transform::Transform;
+pub use unit_float::UnitFloat;
 #[cfg(test)]
 pub use vector::Plain;
 pub use vector::{Dispatch, VectorLoop};

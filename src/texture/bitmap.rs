@@ -2,7 +2,7 @@
 
 use serde::Deserialize;
 
-use crate::math::{Primaries, Rgb, Vec2, srgb};
+use crate::math::{Primaries, Rgb, UnitFloat, Vec2, srgb};
 
 /// The value that replaces infinite texels: the largest half.
 const MAX_TEXEL: f32 = 65504.0;
@@ -63,6 +63,8 @@ pub enum Storage {
     Srgb16(Vec<u16>),
     /// Fractions of 65535.
     Linear16(Vec<u16>),
+    /// Linear, from 0 to 1: levels of the formats above.
+    Unit(Vec<UnitFloat>),
     /// Linear.
     Float(Vec<f32>),
 }
@@ -96,11 +98,11 @@ impl Bitmap {
     /// The largest value of each channel; white for formats with values up to 1.
     pub fn max_value(&self) -> Rgb {
         match &self.storage {
-            Storage::Srgb8(_) | Storage::Linear8(_) | Storage::Srgb16(_) | Storage::Linear16(_) => Rgb::WHITE,
             Storage::Float(_) => {
                 let texels = (0..self.height).flat_map(|y| (0..self.width).map(move |x| (x, y)));
                 texels.fold(Rgb::BLACK, |most, (x, y)| most.max(self.rgb(x, y)))
             }
+            _ => Rgb::WHITE,
         }
     }
 
@@ -126,6 +128,7 @@ impl Bitmap {
                 self.blend_by(v, columns, rows, f, |v| table[usize::from(v)])
             }
             Storage::Linear16(v) => self.blend_by(v, columns, rows, f, |v| f32::from(v) / 65535.0),
+            Storage::Unit(v) => self.blend_by(v, columns, rows, f, UnitFloat::get),
             Storage::Float(v) => self.blend_by(v, columns, rows, f, |v| v),
         }
     }
@@ -216,6 +219,7 @@ impl Bitmap {
         match &self.storage {
             Storage::Srgb8(v) | Storage::Linear8(v) => f32::from(v[i]) / 255.0,
             Storage::Srgb16(v) | Storage::Linear16(v) => f32::from(v[i]) / 65535.0,
+            Storage::Unit(v) => v[i].get(),
             Storage::Float(v) => v[i],
         }
     }
@@ -236,6 +240,7 @@ impl Bitmap {
             Storage::Linear8(v) => f32::from(v[i]) / 255.0,
             Storage::Srgb16(v) => srgb::decoded16()[usize::from(v[i])],
             Storage::Linear16(v) => f32::from(v[i]) / 65535.0,
+            Storage::Unit(v) => v[i].get(),
             Storage::Float(v) => v[i],
         }
     }

@@ -3,8 +3,10 @@
 //! Each level is half as wide and half as high as the one before, rounded down, and at least 1. A
 //! texel is the mean of the texels that it covers, in linear light. Along an axis with an odd
 //! number of texels it covers two whole texels and fractions of their neighbours, so the mean of
-//! the image is preserved. Levels are stored in the format of the image, and all levels together
-//! take a third of its memory. Straight alpha is averaged like a colour. Where it is the opacity of the colours, they are weighed
+//! the image is preserved. Levels of floats are floats. Those of other images are [`UnitFloat`]s in
+//! linear light, so that the mean of a dark image does not round to 0. All levels together take a
+//! third of the memory of the image, and two thirds of it where a number of the image is a byte.
+//! Straight alpha is averaged like a colour. Where it is the opacity of the colours, they are weighed
 //! by it: what cannot be seen has no colour.
 //!
 //! Source: Williams, "Pyramidal Parametrics", SIGGRAPH 1983, doi:10.1145/800059.801126; for odd
@@ -18,7 +20,7 @@ use super::{
     Bitmap, Texture,
     bitmap::{Storage, is_alpha},
 };
-use crate::math::srgb;
+use crate::math::{UnitFloat, srgb};
 
 /// Gives levels to the bitmaps that one of `textures` looks at from afar, on the threads of the
 /// current rayon pool.
@@ -39,7 +41,11 @@ pub fn build(bitmap: &mut Bitmap) {
     let mut smaller = Smaller::new(bitmap);
     let mut levels = Vec::new();
     while smaller.halve() {
-        levels.push(smaller.level());
+        let storage = match bitmap.storage {
+            Storage::Float(_) => Storage::Float(smaller.values.clone()),
+            _ => Storage::Unit(smaller.values.iter().map(|v| UnitFloat::new(*v)).collect()),
+        };
+        levels.push(smaller.picture(storage));
     }
     bitmap.levels = levels;
 }
@@ -54,7 +60,7 @@ pub fn halved(bitmap: Bitmap, times: u32) -> Bitmap {
     Bitmap {
         repaired: bitmap.repaired,
         negative: bitmap.negative,
-        ..smaller.level()
+        ..smaller.picture(stored_like(&bitmap.storage, bitmap.channels, &smaller.values))
     }
 }
 
@@ -92,13 +98,12 @@ impl<'a> Smaller<'a> {
         true
     }
 
-    /// The picture of this size.
-    fn level(&self) -> Bitmap {
-        let Bitmap { channels, storage, .. } = self.bitmap;
+    /// The picture of this size, whose numbers are in `storage`.
+    fn picture(&self, storage: Storage) -> Bitmap {
         Bitmap {
             weighs_by_alpha: self.bitmap.weighs_by_alpha,
             primaries: self.bitmap.primaries,
-            ..Bitmap::new(self.size, *channels, stored_like(storage, *channels, &self.values))
+            ..Bitmap::new(self.size, self.bitmap.channels, storage)
         }
     }
 }
@@ -109,6 +114,7 @@ fn linear(bitmap: &Bitmap, i: usize) -> f32 {
         Storage::Srgb8(v) | Storage::Linear8(v) => f32::from(v[i]) / 255.0,
         Storage::Srgb16(v) if !is_alpha(i, bitmap.channels) => srgb::decoded16()[usize::from(v[i])],
         Storage::Srgb16(v) | Storage::Linear16(v) => f32::from(v[i]) / 65535.0,
+        Storage::Unit(v) => v[i].get(),
         Storage::Float(v) => v[i],
     }
 }
@@ -139,6 +145,7 @@ fn stored_like(storage: &Storage, channels: usize, values: &[f32]) -> Storage {
             Storage::Srgb16(values.par_iter().enumerate().with_min_len(4096).map(code).collect())
         }
         Storage::Linear16(_) => Storage::Linear16(values.iter().map(|v| word(*v)).collect()),
+        Storage::Unit(_) => Storage::Unit(values.iter().map(|v| UnitFloat::new(*v)).collect()),
         Storage::Float(_) => Storage::Float(values.to_vec()),
     }
 }
@@ -299,19 +306,46 @@ mod tests {
     }
 
     #[test]
-    fn a_constant_picture_is_constant_at_every_level_and_keeps_its_storage() {
+    fn a_constant_picture_is_constant_at_every_level_and_keeps_its_storage_when_halved() {
         for channels in [1, 3, 4] {
-            let bytes = vec![187; 13 * 7 * channels];
-            for storage in [Storage::Srgb8(bytes.clone()), Storage::Linear8(bytes.clone())] {
-                let mut bitmap = Bitmap::new([13, 7], channels, storage);
-                build(&mut bitmap);
-                for level in &bitmap.levels {
-                    let same = match (&bitmap.storage, &level.storage) {
-                        (Storage::Srgb8(_), Storage::Srgb8(v)) | (Storage::Linear8(_), Storage::Linear8(v)) => v,
+            for code in [0, 187, 255] {
+                let bytes = vec![code; 13 * 7 * channels];
+                for storage in [Storage::Srgb8(bytes.clone()), Storage::Linear8(bytes.clone())] {
+                    let mut bitmap = Bitmap::new([13, 7], channels, storage);
+                    match halved(bitmap.clone(), 2).storage {
+                        Storage::Srgb8(v) | Storage::Linear8(v) => assert_eq!(v, vec![code; 3 * channels]),
                         other => panic!("{other:?}"),
-                    };
-                    assert!(same.iter().all(|v| *v == 187));
+                    }
+                    build(&mut bitmap);
+                    let expected = bitmap.rgb(0, 0).r;
+                    for level in &bitmap.levels {
+                        let there = level.rgb(0, 0).r;
+                        // White and black are exact.
+                        let bound = expected * (1.0 - expected) / 2048.0;
+                        assert!((there - expected).abs() <= bound, "{code}: {there} is not {expected}");
+                    }
                 }
+            }
+        }
+    }
+
+    #[test]
+    fn one_white_texel_of_a_million_keeps_its_light_at_every_level() {
+        let side = 1024;
+        let mut texels = vec![0; side * side];
+        texels[side * 37 + 5] = 255;
+        let words = texels.iter().map(|v| u16::from(*v) * 257).collect::<Vec<_>>();
+        for storage in [
+            Storage::Srgb8(texels.clone()),
+            Storage::Linear8(texels),
+            Storage::Srgb16(words.clone()),
+            Storage::Linear16(words),
+        ] {
+            let mut bitmap = Bitmap::new([side as u32; 2], 1, storage);
+            build(&mut bitmap);
+            for level in &bitmap.levels {
+                let light = mean(level).r * (side * side) as f32;
+                assert!((light - 1.0).abs() < 1e-3, "{} texels: {light}", level.width);
             }
         }
     }
@@ -320,7 +354,8 @@ mod tests {
     fn black_and_white_mix_as_light_and_not_as_codes() {
         let mut bitmap = Bitmap::new([2, 1], 1, Storage::Srgb8(vec![0, 255]));
         build(&mut bitmap);
-        assert_eq!(bitmap.levels[0].storage, Storage::Srgb8(vec![188]));
+        assert_eq!(bitmap.levels[0].rgb(0, 0), Rgb::gray(0.5));
+        assert_eq!(halved(bitmap, 1).storage, Storage::Srgb8(vec![188]));
     }
 
     #[test]

@@ -28,13 +28,13 @@ pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 /// An upper bound of the compression ratio of all codecs; that of deflate is 1,032.
 const MOST_GAIN: u64 = 4096;
 
-/// The bytes of memory for the picture, by the header: at most four channels of floats.
+/// The bytes of memory for all levels of the picture, by the header: at most four channels of floats.
 pub(super) fn memory(bytes: &[u8]) -> Result<u64, ImageProblem> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)?;
-    Ok(shown_bytes(&meta))
+    Ok(with_levels(shown_bytes(&meta), 4))
 }
 
-/// The same; 0 for a file without a layer.
+/// The bytes of the picture alone; 0 for a file without a layer.
 fn shown_bytes(meta: &MetaData) -> u64 {
     let area = |h: &Header| h.shared_attributes.display_window.size.area() as u64;
     meta.headers.first().map_or(0, area).saturating_mul(16)
@@ -43,7 +43,7 @@ fn shown_bytes(meta: &MetaData) -> u64 {
 /// Decodes the bytes of a file. The memory is that of a picture whose size will be halved `halvings` times.
 pub(super) fn decode(bytes: &[u8], halvings: u32, memory: &MemoryBudget) -> Result<Bitmap, ImageProblem> {
     let kept = check_header(bytes, memory)?;
-    memory.take(MemoryKind::Images, with_levels(shrunk(kept, halvings)))?;
+    memory.take(MemoryKind::Images, with_levels(shrunk(kept, halvings), 4))?;
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)?;
     let shown = layers::choose(&meta.headers)?;
     let pictures = read().no_deep_data().largest_resolution_level().all_channels();
