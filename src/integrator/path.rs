@@ -267,7 +267,13 @@ impl PathTracer {
         if emission.reach == EmissionReach::Nothing && path.last.pdf.get().is_some() {
             return;
         }
-        let l = emission.radiance(&scene.textures(), &surface.texture, surface.ng.dot(surface.wo));
+        let front_cos = surface.ng.dot(surface.wo);
+        let l = if path.last.pdf.get().is_none() {
+            emission.radiance(&scene.textures(), &surface.texture, front_cos)
+        } else {
+            // Light sampling may find the same light, and reads textures at points.
+            emission.radiance(&scene.textures(), &surface.texture.without_footprint(), front_cos)
+        };
         if l.is_black() {
             return;
         }

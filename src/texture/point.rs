@@ -70,6 +70,14 @@ impl VertexAttributes {
 }
 
 impl TexturePoint {
+    /// The same point without a footprint.
+    pub fn without_footprint(self) -> Self {
+        Self {
+            footprint: [Vec2::ZERO; 2],
+            ..self
+        }
+    }
+
     /// A point without further data, in the object's own space.
     pub fn new(p: Vec3, n: Vec3) -> Self {
         Self {

@@ -4,13 +4,14 @@ use batch_render::{
     accel::AccelKind,
     camera::{Camera, Lens, LookAt, Pose, perspective::PerspectiveLens},
     film::Film,
-    integrator::whitted::Whitted,
-    material::{Material, matte::Matte},
+    integrator::{path::PathDesc, whitted::Whitted},
+    material::{Material, Sidedness, emitter::Emitter, matte::Matte},
     math::{DVec3, Rgb, Vec2, Vec3},
     render::{self, Settings},
     scene::{Background, Scene, SceneBuilder},
     shape::{
         Shape,
+        mesh::Mesh,
         quad::{Quad, QuadDesc},
     },
     texture::{
@@ -133,4 +134,77 @@ fn from_near_every_filter_but_nearest_gives_the_same_bits() {
     };
     assert_eq!(shot(TextureFilter::Trilinear), shot(TextureFilter::Linear));
     assert_ne!(shot(TextureFilter::Trilinear), shot(TextureFilter::Nearest));
+}
+
+/// A floor of 2 m under a lamp of 8 x 8 x 2 triangles, which the camera does not see. A quarter of them is bright.
+fn under_a_textured_lamp(filter: TextureFilter) -> Scene {
+    let mut builder = SceneBuilder::new(Background::new(Rgb::BLACK));
+    let is_bright = |i: u32| (i % 64 / 8 + 3 * (i / 64 / 8)).is_multiple_of(4);
+    let value = |i: u32| if is_bright(i) { 255 } else { 0 };
+    let bitmap = builder.bitmap(Bitmap::new(
+        [64; 2],
+        1,
+        Storage::Srgb8((0..64 * 64).map(value).collect()),
+    ));
+    let texture = builder.texture(Texture {
+        mapping: Mapping::Uv,
+        transform: StTransform::IDENTITY,
+        pattern: Pattern::Image(ImagePattern {
+            bitmap,
+            filter,
+            wrap: [Wrap::Repeat; 2],
+        }),
+        colors: batch_render::math::ColorConversion::default(),
+    });
+    let lamp = builder.material(Material::Emitter(Emitter {
+        radiance: Color::Texture(texture),
+        scale: 100.0,
+        sidedness: Sidedness::Both,
+    }));
+    let corner = |i: u32| Vec2::new((i % 9) as f32, (i / 9) as f32) / 8.0;
+    let cells = (0..72).filter(|i| i % 9 < 8);
+    let mesh = Mesh {
+        positions: (0..81)
+            .map(|i| Vec3::new(corner(i).x - 0.5, 1.0, corner(i).y - 0.5))
+            .collect(),
+        uvs: (0..81).map(corner).collect(),
+        triangles: cells
+            .flat_map(|i| [[i, i + 1, i + 9], [i + 1, i + 10, i + 9]])
+            .collect(),
+        ..Mesh::default()
+    };
+    builder.mesh("lamp", mesh, lamp).expect("a mesh");
+    let floor = builder.material(Material::Matte(Matte::smooth(Color::Constant(Rgb::gray(0.8)))));
+    let corners = [[-1.0, 1.0], [1.0, 1.0], [1.0, -1.0], [-1.0, -1.0]].map(|[x, z]| Vec3::new(x, 0.0, z));
+    builder.shape("floor", quad(corners), None, floor);
+    builder.build(AccelKind::default()).expect("a scene")
+}
+
+#[test]
+fn a_textured_lamp_gives_the_same_light_by_every_filter_and_strategy() {
+    let at = LookAt {
+        target: DVec3::ZERO,
+        up: DVec3::Z,
+        roll: 0.0,
+    };
+    let pose = Pose::look_at(DVec3::new(0.0, 0.9, 0.0), &at).expect("a pose");
+    let camera = Camera::new(&pose, &Lens::Perspective(PerspectiveLens::vertical(40.0)), [8, 8]);
+    let shot = |filter, strategy, samples| {
+        let path: PathDesc = toml::from_str(&format!("strategy = \"{strategy}\"")).expect("a strategy");
+        let path = path.compile().expect("an integrator");
+        let settings = Settings::new([8, 8], samples);
+        let film = render::render(&under_a_textured_lamp(filter), &camera, &path, &settings).expect("a film");
+        film.beauty().iter().map(|p| p[0]).collect::<Vec<_>>()
+    };
+    let light = shot(TextureFilter::Linear, "light", 256);
+    let (mean, _) = mean_and_variance(&light);
+    for (strategy, samples) in [("light", 256), ("mis", 256), ("bsdf", 512)] {
+        let pixels = shot(TextureFilter::Trilinear, strategy, samples);
+        assert_eq!(pixels, shot(TextureFilter::Linear, strategy, samples), "{strategy}");
+        let differences: Vec<f32> = pixels.iter().zip(&light).map(|(a, b)| a - b).collect();
+        let (difference, variance) = mean_and_variance(&differences);
+        let bound = 4.0 * (variance / 64.0).sqrt();
+        assert!(bound < 0.1 * mean, "{strategy}: {bound} of {mean}");
+        assert!(difference.abs() <= bound, "{strategy}: {difference} of {mean}");
+    }
 }
