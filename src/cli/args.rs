@@ -40,7 +40,7 @@ pub struct Args {
     #[arg(short, long, action = ArgAction::Count, global = true, help_heading = heading::GENERAL)]
     pub verbose: u8,
 
-    /// Log errors and dropped samples only, and show no progress
+    /// Log errors only, and show no progress
     #[arg(short, long, global = true, conflicts_with = "verbose", help_heading = heading::GENERAL)]
     pub quiet: bool,
 

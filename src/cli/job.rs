@@ -160,10 +160,10 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let closing = done.as_ref().map(|summary| summary::lines(summary, &job));
     progress.finish(state, closing.as_deref().ok());
     if let Some(line) = done.iter().find_map(failures::unfinished) {
-        log::warn_always(&line?);
+        tracing::warn!("{}", line?);
     }
     for line in done.iter().flat_map(summary::invalid) {
-        log::warn_always(&line);
+        tracing::warn!("{line}");
     }
     let failed = done.map_err(Into::into).and_then(FramesFailed::check).err();
     // The first error tells the exit code.

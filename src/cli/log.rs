@@ -58,15 +58,6 @@ where
     }
 }
 
-/// Warns whatever level the arguments want: a picture is not what it should be.
-pub fn warn_always(text: &str) {
-    if tracing::enabled!(Level::WARN) {
-        tracing::warn!("{text}");
-    } else {
-        let _ = writeln!(std::io::stderr(), "warning: {text}");
-    }
-}
-
 /// Logs the warnings of a job that were not logged before, one line for each kind.
 pub fn warnings(warnings: &Warnings) {
     for line in warnings.take_lines() {

@@ -261,4 +261,9 @@ fn infinite_samples_are_left_out_counted_and_reported_with_their_pixels_whatever
     );
     assert!(one.0.contains("column and row: (8, 11), (9, 11)"), "{}", one.0);
     assert!(one == run("2") && one == run("7"));
+    let output = folder.run(&["s.toml", "-q", "-o", "q.exr"]);
+    assert!(
+        output.status.success() && output.stderr.is_empty(),
+        "errors alone are told"
+    );
 }
