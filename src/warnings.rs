@@ -59,7 +59,7 @@ kinds! {
     TEXTURE_MEMORY = "texture-memory";
     /// The opacity of a material is 0 everywhere.
     INVISIBLE = "invisible";
-    /// More than half of a picture is clipped or black.
+    /// More than half of a picture is black, or of what is lit in it clipped.
     PICTURE = "picture";
     /// Numbers are too large for their files.
     SATURATED = "saturated";

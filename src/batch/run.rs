@@ -231,7 +231,7 @@ fn write_all(
     } in frames
     {
         if unjudged > 0
-            && let Some(fault) = sight::fault(&film, plan, scene, &camera)
+            && let Some(fault) = sight::fault((&film, coverage), plan, scene, &camera)
         {
             unjudged = 0;
             let number = frame.number;

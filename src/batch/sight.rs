@@ -6,7 +6,7 @@ use crate::{
     film::{Film, passes::Display},
     light::Light,
     math::Rgb,
-    output::PixelDisplay,
+    output::{Coverage, PixelDisplay},
     render::{Content, Control, Renderer, SampleBudget, Settings},
     scene::Scene,
 };
@@ -14,8 +14,13 @@ use crate::{
 /// The brightness from which on a pixel is called clipped: more than white, which backgrounds are on purpose.
 const CLIPPED: f32 = 1.05;
 
-/// Why more than half of a picture is black or clipped, where it is. A dark background alone is not a fault.
-pub(super) fn fault(film: &Film, plan: &Plan, scene: &Scene, camera: &FrameCamera) -> Option<String> {
+/// Why more than half of a picture is black, or of what is lit in it clipped, where it is. A dark background alone is not a fault.
+pub(super) fn fault(
+    (film, coverage): (&Film, Coverage),
+    plan: &Plan,
+    scene: &Scene,
+    camera: &FrameCamera,
+) -> Option<String> {
     if plan.picture.settings.content != Content::Light || plan.picture.integrator.as_dyn().wants_cost() {
         return None;
     }
@@ -25,29 +30,29 @@ pub(super) fn fault(film: &Film, plan: &Plan, scene: &Scene, camera: &FrameCamer
         plan.picture.exposure,
         plan.picture.working_space,
     );
-    let shown = |[r, g, b, _]: &[f32; 4]| display.rgb8([*r, *g, *b]);
+    let shown = |pixel: &[f32; 4]| display.rgb8(coverage.shown(*pixel));
     let is_black = |pixel: &[f32; 4]| shown(pixel) == [0; 3];
     let is_clipped = |pixel: &[f32; 4]| {
-        let [r, g, b, _] = *pixel;
+        let [r, g, b] = coverage.shown(*pixel);
         display.gain() * r.max(g).max(b) > CLIPPED && shown(pixel).contains(&255)
     };
     let pixels = film.beauty();
-    let percent = |count: usize| 100 * count / pixels.len().max(1);
+    let black = pixels.iter().filter(|pixel| is_black(pixel)).count();
+    let lit = pixels.len() - black;
     let clipped = pixels.iter().filter(|pixel| is_clipped(pixel)).count();
-    if 2 * clipped > pixels.len() {
+    if 2 * clipped > lit {
         let exposure = match &plan.picture.metering_camera {
             None => "; `--exposure auto` shows it as bright as suits it",
             Some(_) => "",
         };
-        let (percent, brightest) = (percent(clipped), brightest(scene));
-        return Some(format!("{percent} % of the picture is clipped: {brightest}{exposure}"));
+        let (percent, brightest) = (100 * clipped / lit, brightest(scene));
+        return Some(format!("{percent} % of what is lit is clipped: {brightest}{exposure}"));
     }
-    let black = pixels.iter().filter(|pixel| is_black(pixel)).count();
     if 2 * black <= pixels.len() {
         return None;
     }
     let is_all_black = black == pixels.len();
-    let black = percent(black);
+    let black = 100 * black / pixels.len();
     if is_all_black && is_dark(scene) {
         let why = "there is no light: no `[[light]]`, no material that emits, and a black background";
         return Some(format!("{black} % of the picture is black: {why}"));

@@ -57,3 +57,14 @@ pub enum Coverage {
     /// Pixels may be empty.
     Partial,
 }
+
+impl Coverage {
+    /// The light of a premultiplied pixel as formats for displays show it: straight where alpha carries information. An empty pixel
+    /// cannot be divided by its alpha.
+    pub fn shown(self, [r, g, b, alpha]: [f32; 4]) -> [f32; 3] {
+        match self == Self::Partial && alpha > 0.0 {
+            true => [r, g, b].map(|v| v / alpha),
+            false => [r, g, b],
+        }
+    }
+}

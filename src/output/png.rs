@@ -109,11 +109,10 @@ fn display_values(frame: &FrameImage, bits: PngBits) -> Vec<u8> {
     let pass = picture.spec.pass;
     let display = PixelDisplay::new(pass.display, metadata.view, metadata.exposure, metadata.working_space);
     let straight = |i: usize| {
-        let (channels, alpha) = (channels(picture, i), frame.film.beauty()[i][3]);
-        // Uncovered pixels cannot be divided by their alpha.
-        match frame.coverage == Coverage::Partial && pass.is_light() && alpha > 0.0 {
-            true => channels.map(|v| v / alpha),
-            false => channels,
+        let [r, g, b] = channels(picture, i);
+        match pass.is_light() {
+            true => frame.coverage.shown([r, g, b, frame.film.beauty()[i][3]]),
+            false => [r, g, b],
         }
     };
     let alpha = |i: usize| frame.film.beauty()[i][3];

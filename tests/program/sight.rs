@@ -38,12 +38,16 @@ fn a_picture_that_is_mostly_clipped_or_black_is_warned_of_once_with_the_reason()
         "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z\n1,0,0,4,0,0,0\n2,0,1,4,0,0,0\n",
     );
     let said = log(&folder, &scene(&sun(1366.0), ""), &["--frames", "p.csv"]);
-    assert_eq!(said.matches("of the picture").count(), 1, "{said}");
+    assert_eq!(said.matches("of what is lit").count(), 1, "{said}");
     assert!(
-        said.contains("frame 1: 100 % of the picture is clipped: its brightest light has 1366 W m^-2"),
+        said.contains("frame 1: 100 % of what is lit is clipped: its brightest light has 1366 W m^-2"),
         "{said}"
     );
     assert!(said.contains("683") && said.contains("`--exposure auto`"), "{said}");
+    // As much where most of the picture is a dark sky.
+    let small = away.replace("irradiance = 2", "irradiance = 1366");
+    let said = log(&folder, &small, &[]);
+    assert!(said.contains(" % of what is lit is clipped: its brightest"), "{said}");
     let said = log(&folder, &scene("", ""), &[]);
     assert!(
         said.contains("100 % of the picture is black: there is no light"),
@@ -57,6 +61,32 @@ fn a_picture_that_is_mostly_clipped_or_black_is_warned_of_once_with_the_reason()
     assert!(said.contains("the camera sees nothing of the scene"), "{said}");
     let said = log(&folder, &scene(&sun(2.0).replace("-1]", "1]"), ""), &[]);
     assert!(said.contains("no light reaches what the camera sees"), "{said}");
+}
+
+#[test]
+fn light_that_clips_by_the_division_through_its_alpha_equals_light_that_clips_by_itself() {
+    let folder = Folder::new();
+    // A sheet of one tenth of alpha that shines: 0.5 with its alpha, and 5 without.
+    let sheet = "[render]\nwidth = 16\nheight = 16\nsamples = 64\nintegrator = 'path'\n\
+        [camera]\nperspective = { eye = [0, 0, 4], target = [0, 0, 0] }\n[background]\nvisible = false\ncolor = 0\n\
+        [material.m]\nprincipled = { emissive = 5, base_color = 0, opacity = 0.1 }\n[[object]]\nmaterial = 'm'\n\
+        shape.plane = { point = [0, 0, 0], normal = [0, 0, 1] }\n";
+    let said = log(&folder, sheet, &["-o", "f.exr"]);
+    assert!(said.contains(" % of what is lit is clipped"), "{said}");
+    let shown = image::load_from_memory(&folder.read("f.0001.png"))
+        .expect("a picture")
+        .into_rgba8();
+    let [r, _, _, a] = shown.get_pixel(8, 8).0;
+    assert!(r == 255 && a < 64, "{r} {a}");
+    // The EXR file holds the light itself.
+    let light = pixels(&folder.path("f.exr")).1;
+    let mean = light.iter().map(|pixel| pixel[0]).sum::<f32>() / light.len() as f32;
+    assert!((mean - 0.5).abs() < 0.05, "{mean}");
+    // Without alpha nothing clips.
+    assert_eq!(
+        log(&folder, &sheet.replace("visible = false", "visible = true"), &[]),
+        ""
+    );
 }
 
 #[test]
