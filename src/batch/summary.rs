@@ -22,6 +22,8 @@ pub struct Summary {
     pub missing: Vec<i32>,
     /// The frames of this job that they would have helped.
     pub unfinished: Vec<i32>,
+    /// Frames of other jobs that were denoised before this one rendered frames that help them.
+    pub outdated: Vec<i32>,
     /// Rendering time of each frame, in order.
     pub frame_times: Vec<Duration>,
     /// The time from the first ray to the last file.

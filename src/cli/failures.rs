@@ -66,23 +66,30 @@ pub fn advice(frame: i32) -> Result<String, Error> {
     Ok(advice_for(Replay::of_process()?, frame))
 }
 
-/// The line about frames that were denoised without those that other jobs render, with the command to type once these are there.
+/// The line about frames that were denoised without those that other jobs render, of this job and of others, with the command to
+/// type once all are there.
 pub fn unfinished(summary: &Summary) -> Option<Result<String, Error>> {
     let list = |frames: &[i32]| FrameRange::of(frames.iter().map(|frame| i64::from(*frame))).to_string();
-    let line = |typed| unfinished_line(typed, &list(&summary.unfinished), &list(&summary.missing));
-    (!summary.missing.is_empty()).then(|| Replay::of_process().map(line))
+    let (own, missing) = (list(&summary.unfinished), list(&summary.missing));
+    let own = format!("denoised without the frames beside them, which are not there: {own} (without {missing})");
+    let outdated = list(&summary.outdated);
+    let others = format!("denoised by other jobs before the frames beside them were rendered: {outdated}");
+    let facts = [(own, &summary.missing), (others, &summary.outdated)].into_iter();
+    let facts: Vec<String> = facts
+        .filter(|(_, frames)| !frames.is_empty())
+        .map(|(fact, _)| fact)
+        .collect();
+    let line = |typed| unfinished_line(typed, &facts.join("; "));
+    (!facts.is_empty()).then(|| Replay::of_process().map(line))
 }
 
-fn unfinished_line(typed: Replay, unfinished: &str, missing: &str) -> String {
+fn unfinished_line(typed: Replay, facts: &str) -> String {
     let replay = typed.without(&["range", "part", "part-base", "overwrite", "fail-existing"]);
     let command = replay
         .with("denoise-step", "denoise")
         .with_flag("skip-existing")
         .shell_line();
-    format!(
-        "denoised without the frames beside them, which are not there: {unfinished} (without {missing}). \
-         Once all frames are rendered: {command}"
-    )
+    format!("{facts}. Once all frames are rendered: {command}")
 }
 
 /// A frame that is denoised needs those around it: the job goes on with what is missing.
@@ -118,7 +125,7 @@ mod tests {
     fn the_command_for_unfinished_frames_denoises_the_whole_job() {
         let typed = "b s.toml --frames p.csv --part 1/4 --part-base 0 -r 1-9 --denoise --denoise-step denoise --overwrite -o f.#.exr";
         let replay = Replay::parse(typed.split(' ').map(Into::into)).expect("the command line is right");
-        let line = unfinished_line(replay, "8-9", "10,11");
+        let line = unfinished_line(replay, "not there: 8-9 (without 10,11)");
         let (facts, command) = line.split_once(" Once all frames are rendered: ").expect("a command");
         assert!(facts.ends_with(": 8-9 (without 10,11)."), "{facts}");
         let words = "b s.toml --frames=p.csv --output=f.#.exr --denoise=nlm --denoise-step=denoise --skip-existing";

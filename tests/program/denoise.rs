@@ -10,7 +10,7 @@ const PATH: &str =
 const LIGHT: &str = "denoise,diffuse_direct,diffuse_indirect,specular_direct,specular_indirect,transmission,emission";
 
 /// The frames of this camera, without a word.
-const JOB: &str = "s.toml --frames p.csv --integrator path -q";
+const JOB: &str = "s.toml --frames p.csv --integrator path --progress none";
 
 /// The arguments in these lines.
 fn words<'a>(lines: &[&'a str]) -> Vec<&'a str> {
@@ -203,12 +203,14 @@ fn unfinished(folder: &Folder, job: &[&str]) -> Vec<String> {
     let output = folder.run(job);
     assert!(output.status.success(), "{}", stderr(&output));
     let said = stderr(&output);
-    let lines = said.lines().filter(|line| line.contains("denoised without"));
+    let lines = said
+        .lines()
+        .filter(|line| line.contains(" Once all frames are rendered: "));
     lines.map(str::to_owned).collect()
 }
 
 #[test]
-fn two_chunks_and_the_command_that_the_first_prints_equal_the_whole() {
+fn two_chunks_and_the_command_that_each_prints_equal_the_whole() {
     let folder = folder();
     let denoise = "--samples 4 --denoise --temporal 1 -o";
     folder.succeed(&words(&[JOB, denoise, "whole/f.#.exr"]));
@@ -220,15 +222,23 @@ fn two_chunks_and_the_command_that_the_first_prints_equal_the_whole() {
     let first = chunk("1-3");
     assert!(equals_whole(1) && equals_whole(2) && !equals_whole(3));
     // The second chunk finds the frame beside it, and both are whole once the command has run.
-    assert_eq!(chunk("4-5"), [""; 0]);
+    let second = chunk("4-5");
     assert!(equals_whole(4) && equals_whole(5) && !equals_whole(3));
-    let [line] = &first[..] else { panic!("{first:?}") };
-    let (facts, command) = line.split_once(" Once all frames are rendered: ").expect("a command");
+    let parts = |lines: &[String]| {
+        let [line] = lines else { panic!("{lines:?}") };
+        let (facts, command) = line.split_once(" Once all frames are rendered: ").expect("a command");
+        (facts.to_owned(), command.to_owned())
+    };
+    let ((facts, command), (others, same)) = (parts(&first), parts(&second));
     assert!(facts.ends_with("which are not there: 3 (without 4)."), "{facts}");
+    let expected = "denoised by other jobs before the frames beside them were rendered: 3.";
+    assert!(others.ends_with(expected) && same == command, "{others}");
     let mut shell = std::process::Command::new("sh");
-    let status = shell.args(["-c", command]).current_dir(folder.path("")).status();
+    let status = shell.args(["-c", &command]).current_dir(folder.path("")).status();
     assert!(status.expect("a shell").success());
     assert!((1..=5).all(equals_whole));
+    // Nothing is left to be done.
+    assert_eq!(chunk("4-5 --skip-existing"), [""; 0]);
 }
 
 #[test]

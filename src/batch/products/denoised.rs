@@ -3,6 +3,7 @@
 use std::{
     cell::RefCell,
     collections::{BTreeMap, HashSet},
+    fs,
     path::PathBuf,
 };
 
@@ -73,6 +74,7 @@ pub(in crate::batch) fn write(
         .filter(is_missing)
         .collect();
     summary.unfinished = near(&mut summary.missing.iter().copied());
+    summary.outdated = outdated(plan, denoise, &beside);
     let Done {
         written,
         kept,
@@ -96,6 +98,24 @@ fn refuse_foreign(plan: &Plan, inputs: InputHash) -> Result<(), DenoiseError> {
 fn helpers(plan: &Plan, inputs: InputHash) -> HashSet<i32> {
     let is_there = |frame: &&PlannedFrame| frame.stale(plan, inputs).is_none();
     plan.beside.iter().filter(is_there).map(|frame| frame.number).collect()
+}
+
+/// Those of the frames `beside` whose denoised files are older than a rendered frame of this job that helps them.
+fn outdated(plan: &Plan, denoise: &DenoisePlan, beside: &HashSet<i32>) -> Vec<i32> {
+    let written = |files: &[PlannedFile]| {
+        let times = files.iter().map(|file| fs::metadata(&file.path)?.modified());
+        times.collect::<Result<Vec<_>, _>>().ok()?.into_iter().min()
+    };
+    let is_outdated = |other: &&PlannedFrame| {
+        let is_newer = |time| {
+            let near = |own: &&PlannedFrame| denoise.options.reaches(own.number, other.number);
+            let mut own = plan.frames.iter().filter(near);
+            own.any(|own| written(&own.files).is_some_and(|rendered| rendered > time))
+        };
+        beside.contains(&other.number) && written(&plan.final_files(other)).is_some_and(is_newer)
+    };
+    let outdated = plan.beside.iter().filter(is_outdated);
+    outdated.map(|frame| frame.number).collect()
 }
 
 /// For each of these frames, whose first stale rendered file is in `noisy`, the first file of it that is not what the job would
