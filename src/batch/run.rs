@@ -92,7 +92,7 @@ pub fn run(
     };
     summary.failures.extend(failures);
     summary.failures.sort_by_key(|failure| failure.frame);
-    sidecars::write(plan, scene, &summary.failures, control.cancel)?;
+    sidecars::write((plan, survey.inputs), scene, &summary.failures, control.cancel)?;
     summary.wall = start.elapsed();
     summary.rays = counters.rays();
     summary.samples = counters.samples();

@@ -122,6 +122,10 @@ pub trait Format: Debug + Sync {
     /// Writes `image` to `out`. The same image and encoding give the same bytes.
     fn encode(&self, image: &FrameImage, encoding: Encoding, out: &mut dyn Write) -> Result<WriteReport, EncodeError>;
 
+    /// Returns the facts in the header of the file at `path`, whatever its pixels; `None` if it cannot be read, is of another
+    /// format or cut off.
+    fn facts(&self, path: &Path) -> Option<FileFacts>;
+
     /// Returns the facts of the file at `path`; `None` if it cannot be read, is of another format, incomplete or altered.
     fn inspect(&self, path: &Path) -> Option<FileFacts>;
 

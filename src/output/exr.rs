@@ -88,6 +88,10 @@ impl Format for Exr {
         write_parts(&parts, out)
     }
 
+    fn facts(&self, path: &Path) -> Option<FileFacts> {
+        whole::facts(path)
+    }
+
     fn inspect(&self, path: &Path) -> Option<FileFacts> {
         whole::inspect(path)
     }

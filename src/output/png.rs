@@ -73,6 +73,10 @@ impl Format for Png {
         })
     }
 
+    fn facts(&self, path: &Path) -> Option<FileFacts> {
+        facts(path).ok().flatten()
+    }
+
     fn inspect(&self, path: &Path) -> Option<FileFacts> {
         inspect(path)
     }

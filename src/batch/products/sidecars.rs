@@ -10,11 +10,14 @@ use super::{
     metadata::{Sidecar, pinhole},
 };
 use crate::{
-    batch::{CameraRig, FrameFailure, Plan, PlannedFrame},
+    batch::{
+        CameraRig, Fingerprint, FrameFailure, InputHash, Plan, PlannedFrame,
+        resume::fingerprint::{FINGERPRINT, SCENE},
+    },
     camera::PinholeView,
     error::Error,
     film::Window,
-    output::{OutputError, atomic, job_file::FolderGate},
+    output::{OutputError, Value, atomic, job_file::FolderGate},
     render::Cancel,
     scene::Scene,
     warnings::{WarningKind, Warnings},
@@ -23,7 +26,7 @@ use crate::{
 /// Writes the files beside the pictures of a plan, but for frames that `failures` names. A job that renders some frames of a
 /// sequence keeps what others have written of the other frames.
 pub(in crate::batch) fn write(
-    plan: &Plan,
+    (plan, inputs): (&Plan, InputHash),
     scene: &Scene,
     failures: &[FrameFailure],
     cancel: Option<&Cancel>,
@@ -34,7 +37,7 @@ pub(in crate::batch) fn write(
         };
         match sidecar {
             Sidecar::Transforms => {
-                let mut own = Transforms::new(plan, scene, failures)?;
+                let mut own = Transforms::new((plan, inputs), scene, failures)?;
                 let _gate = FolderGate::close(&atomic::folder_of(&path), cancel);
                 if plan.is_chunk
                     && let Some(others) = Transforms::read(&path, &plan.warnings)
@@ -61,6 +64,23 @@ fn picture_name(plan: &Plan, frame: i32) -> String {
     name.to_string_lossy().into_owned()
 }
 
+/// Whether the picture of a frame of another part is there as this job would make it, by its header: that part may never render
+/// it, and an earlier job may have left another.
+fn is_of_job(plan: &Plan, inputs: InputHash, frame: &PlannedFrame) -> bool {
+    let picture = plan.files.picture.as_ref();
+    let facts = picture.and_then(|picture| picture.format().facts(&picture.path(frame.number)));
+    let (settings, own) = (&plan.picture.settings, Fingerprint::of_frame(plan, inputs, frame));
+    let (name, own) = match plan.files.denoise {
+        // The fingerprint of a denoised picture depends on the frames around it.
+        Some(_) => (SCENE, own.scene),
+        None => (FINGERPRINT, own.file),
+    };
+    facts.is_some_and(|facts| {
+        let is_same_size = (facts.resolution, facts.window) == (settings.resolution, settings.window);
+        is_same_size && facts.attribute(name) == Some(&Value::from(own))
+    })
+}
+
 /// The content of `transforms.json`.
 #[derive(Serialize, Deserialize)]
 struct Transforms {
@@ -85,7 +105,7 @@ struct Frame {
 }
 
 impl Transforms {
-    fn new(plan: &Plan, scene: &Scene, failures: &[FrameFailure]) -> Result<Self, Error> {
+    fn new((plan, inputs): (&Plan, InputHash), scene: &Scene, failures: &[FrameFailure]) -> Result<Self, Error> {
         let rig = CameraRig::new(plan, scene);
         let window = plan.picture.settings.window;
         let frame = |frame: &PlannedFrame| {
@@ -97,12 +117,9 @@ impl Transforms {
         };
         let own: HashSet<i32> = plan.frames.iter().map(|frame| frame.number).collect();
         let failed: HashSet<i32> = failures.iter().map(|failure| failure.frame).collect();
-        let picture = plan.files.picture.as_ref();
-        // Other parts may never render their frames.
-        let is_there = |number: i32| picture.is_some_and(|picture| picture.path(number).exists());
         let is_listed = |frame: &&PlannedFrame| match own.contains(&frame.number) {
             true => !failed.contains(&frame.number),
-            false => is_there(frame.number),
+            false => is_of_job(plan, inputs, frame),
         };
         let frames = plan.all_frames().iter().filter(is_listed).map(frame);
         Ok(Self {

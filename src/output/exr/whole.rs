@@ -11,10 +11,14 @@ use ::exr::block::{UncompressedBlock, reader::ChunksReader as _};
 use super::headers::{Header, Headers, take};
 use crate::output::{FileFacts, facts, seal};
 
-/// The facts of the first part of a file with scanlines or tiles, if its table of blocks is complete and its seal fits. In a file
-/// without a seal, of another program, all blocks must be decodable.
+/// The facts of the first part of a file with scanlines or tiles, if its table of blocks is complete.
+pub(super) fn facts(path: &Path) -> Option<FileFacts> {
+    facts::open(path).and_then(check).ok().flatten()
+}
+
+/// The facts of a file whose seal fits. In a file without a seal, of another program, all blocks must be decodable.
 pub(super) fn inspect(path: &Path) -> Option<FileFacts> {
-    let facts = facts::open(path).and_then(check).ok().flatten()?;
+    let facts = self::facts(path)?;
     let is_whole = match seal::is_intact(path).ok()? {
         Some(is_intact) => is_intact,
         None => facts.version().is_none() && decode_blocks(facts::open(path).ok()?).is_ok(),

@@ -122,6 +122,10 @@ impl Format for DataPng {
         })
     }
 
+    fn facts(&self, path: &Path) -> Option<FileFacts> {
+        super::facts(path).ok().flatten()
+    }
+
     fn inspect(&self, path: &Path) -> Option<FileFacts> {
         inspect(path)
     }
