@@ -41,6 +41,9 @@ pub enum JobEvent<'a> {
         #[serde(serialize_with = "as_text::path")]
         file: &'a Path,
     },
+    /// The fingerprint of the denoised files of a frame, which follow or are there already.
+    #[serde(skip)]
+    DenoisedFingerprint { frame: i32, fingerprint: &'a str },
     /// A denoised file is on disk.
     FrameDenoised {
         frame: i32,

@@ -11,6 +11,9 @@ pub struct Report {
     pub version: Cow<'static, str>,
     pub command: Vec<String>,
     pub scene: String,
+    /// The hash of all that files of all frames depend on, but for their numbers and cameras.
+    #[serde(default)]
+    pub settings: String,
     pub resolution: [u32; 2],
     /// The samples of each pixel, with adaptive sampling the most.
     pub samples: u32,
@@ -37,43 +40,15 @@ pub struct Report {
 }
 
 impl Report {
-    /// Whether both are of frames of one sequence, rendered with the same settings.
-    fn fits(&self, other: &Self) -> bool {
-        let head = |r: &Self| {
-            (
-                r.version.clone(),
-                r.scene.clone(),
-                r.resolution,
-                r.samples,
-                r.min_samples,
-            )
-        };
-        head(self) == head(other) && self.noise_threshold == other.noise_threshold
-    }
-
-    /// Adds the frames of other jobs of the same sequence, in rising order. A frame of this job replaces theirs, unless it was
-    /// skipped because theirs is on disk.
-    pub fn join(&mut self, others: Self) {
-        let head = |r: &Self| {
-            (
-                r.version.clone(),
-                r.scene.clone(),
-                r.resolution,
-                r.samples,
-                r.min_samples,
-            )
-        };
-        if head(self) != head(&others) || self.noise_threshold != others.noise_threshold {
-            return;
-        }
-        let is_theirs = |own: &Frame, theirs: &Frame| {
-            own.status == Status::Skipped && theirs.status == Status::Written && own.fingerprint == theirs.fingerprint
-        };
-        let mut frames: BTreeMap<i32, Frame> = others.frames.into_iter().map(|frame| (frame.frame, frame)).collect();
-        for own in self.frames.drain(..) {
-            if !frames.get(&own.frame).is_some_and(|theirs| is_theirs(&own, theirs)) {
-                frames.insert(own.frame, own);
+    /// Adds the frames of other jobs with the same settings, in rising order. A frame that this job renders replaces theirs. One that
+    /// it skips or only denoises keeps the figures of its rendering.
+    pub fn join(&mut self, others: Vec<Frame>) {
+        let mut frames: BTreeMap<i32, Frame> = others.into_iter().map(|frame| (frame.frame, frame)).collect();
+        for mut own in self.frames.drain(..) {
+            if let Some(theirs) = frames.remove(&own.frame) {
+                own.continue_from(theirs);
             }
+            frames.insert(own.frame, own);
         }
         self.frames = frames.into_values().collect();
         self.total = self.total.max(self.frames.len());
@@ -99,15 +74,13 @@ impl Album {
     /// The most thumbnails, with which a page stays small.
     pub const MAX_THUMBNAILS: usize = 300;
 
-    /// Adds the frames of other jobs of the same sequence, and their thumbnails as long as there is room.
+    /// Adds the frames of other jobs with the same settings, and their thumbnails as long as there is room.
     pub fn join(&mut self, others: Self) {
-        if !self.figures.fits(&others.figures) {
-            return;
-        }
-        self.figures.join(others.figures);
-        for (frame, thumbnail) in others.thumbnails {
+        let known = |frame: &i32| others.figures.frames.iter().any(|known| known.frame == *frame);
+        for (frame, thumbnail) in others.thumbnails.into_iter().filter(|(frame, _)| known(frame)) {
             self.thumbnails.entry(frame).or_insert(thumbnail);
         }
+        self.figures.join(others.figures.frames);
         while self.thumbnails.len() > Self::MAX_THUMBNAILS {
             let thinned = std::mem::take(&mut self.thumbnails).into_iter().step_by(2);
             self.thumbnails.extend(thinned);
@@ -175,7 +148,43 @@ pub struct Frame {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub peak_memory_bytes: Option<u64>,
     pub files: Vec<String>,
+    /// That of its final files.
     pub fingerprint: String,
+    /// That of its rendered files, where the job has denoised them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub noisy_fingerprint: Option<String>,
+}
+
+impl Frame {
+    /// The fingerprint of its rendered files.
+    fn rendered(&self) -> &str {
+        self.noisy_fingerprint.as_deref().unwrap_or(&self.fingerprint)
+    }
+
+    /// Sets the fingerprint of the files that its rendered ones become.
+    pub fn set_denoised(&mut self, fingerprint: &str) {
+        let rendered = std::mem::replace(&mut self.fingerprint, fingerprint.to_owned());
+        self.noisy_fingerprint.get_or_insert(rendered);
+    }
+
+    /// Takes over what `earlier` says of the same rendering, if this job has not rendered the frame itself.
+    fn continue_from(&mut self, earlier: Self) {
+        let is_kept = self.wall_s == 0.0 && matches!(self.status, Status::Skipped | Status::Written);
+        if !is_kept || earlier.status == Status::Failed || self.rendered() != earlier.rendered() {
+            return;
+        }
+        if self.status == Status::Skipped && earlier.status == Status::Written {
+            self.status = earlier.status;
+        }
+        let own = std::mem::replace(self, earlier);
+        let files = if own.files.is_empty() {
+            std::mem::take(&mut self.files)
+        } else {
+            own.files
+        };
+        (self.status, self.files) = (own.status, files);
+        (self.fingerprint, self.noisy_fingerprint) = (own.fingerprint, own.noisy_fingerprint);
+    }
 }
 
 #[derive(Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -224,7 +224,7 @@ impl Observer for Progress {
             JobEvent::FrameWritten { .. } => {
                 self.work.on_disk.fetch_add(1, Ordering::SeqCst);
             }
-            JobEvent::FrameCutShort { .. } | JobEvent::FrameImage { .. } => {}
+            JobEvent::FrameCutShort { .. } | JobEvent::FrameImage { .. } | JobEvent::DenoisedFingerprint { .. } => {}
         }
     }
 }

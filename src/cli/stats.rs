@@ -1,8 +1,8 @@
 //! Figures of a job, as JSON for programs (`--stats`) and as a page for people (`--report`): see docs/interface.md.
 
 use std::{
-    collections::BTreeMap,
-    fs,
+    collections::{BTreeMap, HashSet},
+    fmt, fs,
     path::{Path, PathBuf},
     sync::{Mutex, MutexGuard, PoisonError},
     time::{Duration, Instant},
@@ -16,7 +16,7 @@ use super::{
     report_page::{page, thumbnail},
 };
 use batch_render::{
-    batch::{Fingerprint, FrameFailure, InputHash, Job, JobEvent, Observer, PartSpec, Plan},
+    batch::{Existing, Fingerprint, FrameFailure, InputHash, Job, JobEvent, Observer, PartSpec, Plan},
     output::{FrameImage, OutputError, atomic, job_file::FolderGate},
     render::{Cancel, Counters},
     warnings::WarningKind,
@@ -59,6 +59,7 @@ pub struct Stats<'a> {
     files: StatsFiles,
     plan: &'a Plan,
     inputs: InputHash,
+    settings: String,
     counters: &'a Counters,
     cancel: Option<&'a Cancel>,
     start: Instant,
@@ -74,6 +75,7 @@ impl<'a> Stats<'a> {
             path: path.display().to_string(),
             hash: hash.to_string(),
         });
+        let settings = Fingerprint::of_job(plan, job.inputs());
         let adaptive = plan.picture.settings.samples.adaptive;
         let report = Report {
             version: env!("CARGO_PKG_VERSION").into(),
@@ -81,6 +83,7 @@ impl<'a> Stats<'a> {
                 .map(|word| word.to_string_lossy().into_owned())
                 .collect(),
             scene: job.desc.source.path.display().to_string(),
+            settings: settings.clone(),
             resolution: plan.picture.settings.resolution,
             samples: plan.picture.settings.samples.max,
             min_samples: adaptive.map(|rule| rule.min),
@@ -99,6 +102,7 @@ impl<'a> Stats<'a> {
             files,
             plan,
             inputs: job.inputs(),
+            settings,
             counters,
             cancel: Some(cancel),
             start: Instant::now(),
@@ -145,6 +149,7 @@ impl<'a> Stats<'a> {
                 peak_memory_bytes: None,
                 files: Vec::new(),
                 fingerprint: fingerprint.unwrap_or_default(),
+                noisy_fingerprint: None,
             });
             frames.len() - 1
         });
@@ -191,7 +196,9 @@ impl<'a> Stats<'a> {
     fn write_json(&self, path: &Path, figures: &Report) -> Result<(), OutputError> {
         let _gate = self.gate(&atomic::folder_of(path));
         let mut figures = figures.clone();
-        self.others(path).into_iter().for_each(|others| figures.join(others));
+        self.others(path, |others: &mut Report| others)
+            .into_iter()
+            .for_each(|others| figures.join(others.frames));
         let text = serde_json::to_string_pretty(&figures).expect("figures are plain data");
         write_text(path, &(text + "\n"))
     }
@@ -199,7 +206,9 @@ impl<'a> Stats<'a> {
     fn write_page(&self, folder: &Path, album: &Album) -> Result<(), OutputError> {
         let _gate = self.gate(folder);
         let (path, mut album) = (folder.join(ALBUM), album.clone());
-        self.others(&path).into_iter().for_each(|others| album.join(others));
+        self.others(&path, |others: &mut Album| &mut others.figures)
+            .into_iter()
+            .for_each(|others| album.join(others));
         let text = serde_json::to_string(&album).expect("figures are plain data");
         write_text(&path, &(text + "\n"))?;
         write_text(&folder.join(PAGE), &page(&album))
@@ -207,21 +216,40 @@ impl<'a> Stats<'a> {
 
     /// Keeps other jobs of the sequence from changing files between reading and writing, where this one joins theirs.
     fn gate(&self, folder: &Path) -> Option<FolderGate> {
-        self.plan.is_chunk.then(|| FolderGate::close(folder, self.cancel))
+        self.joins().then(|| FolderGate::close(folder, self.cancel))
     }
 
-    /// The figures of other jobs of the sequence, where this job joins them.
-    fn others<T: DeserializeOwned>(&self, path: &Path) -> Option<T> {
+    /// Whether this job keeps figures of others: of other frames, or of an earlier rendering of its own frames.
+    fn joins(&self) -> bool {
+        self.plan.is_chunk || self.plan.policy.existing == Existing::Skip || !self.plan.renders()
+    }
+
+    /// The figures of other jobs with the same settings, where this job keeps them: of the whole sequence those of its own frames.
+    fn others<T: DeserializeOwned>(&self, path: &Path, figures: fn(&mut T) -> &mut Report) -> Option<T> {
         // Pipes and devices block or never end.
-        if !self.plan.is_chunk || !path.is_file() {
+        if !self.joins() || !path.is_file() {
             return None;
         }
         let text = fs::read(path).ok()?;
-        let read = serde_json::from_slice(&text);
-        let lost = |cause| format!("the figures of other jobs are lost, {cause}: {}", path.display());
-        let warnings = &self.plan.warnings;
-        read.map_err(|cause| warnings.add_live(WarningKind::LOST_FRAMES, path.display(), lost(cause)))
-            .ok()
+        let lost = |cause: &dyn fmt::Display| {
+            let text = format!("the figures of other jobs are lost, {cause}: {}", path.display());
+            self.plan
+                .warnings
+                .add_live(WarningKind::LOST_FRAMES, path.display(), text);
+        };
+        let mut others: T = serde_json::from_slice(&text).map_err(|cause| lost(&cause)).ok()?;
+        let report = figures(&mut others);
+        if report.settings != self.settings {
+            if self.plan.is_chunk {
+                lost(&"they are of other inputs or settings");
+            }
+            return None;
+        }
+        if !self.plan.is_chunk {
+            let own: HashSet<i32> = self.plan.frames.iter().map(|frame| frame.number).collect();
+            report.frames.retain(|frame| own.contains(&frame.frame));
+        }
+        Some(others)
     }
 }
 
@@ -272,6 +300,7 @@ impl Observer for Stats<'_> {
                 frame.reason = Some(cause.to_string());
             }
             JobEvent::FrameImage { .. } => {}
+            JobEvent::DenoisedFingerprint { frame, fingerprint } => self.frame(state, *frame).set_denoised(fingerprint),
             JobEvent::FileWritten { frame, file } | JobEvent::FrameDenoised { frame, file } => {
                 self.frame(state, *frame).files.push(file.display().to_string())
             }

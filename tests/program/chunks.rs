@@ -1,6 +1,7 @@
 //! Files of a whole sequence that several jobs render: none loses what the others wrote.
 
 use std::{
+    fs,
     process::{Child, Stdio},
     thread::sleep,
     time::Duration,
@@ -127,6 +128,58 @@ fn frames_of_other_pictures_are_not_joined() {
         message.contains("the frames of other jobs are lost, missing field"),
         "{message}"
     );
+}
+
+#[test]
+fn a_part_lists_pictures_of_other_parts_as_far_as_they_are_those_of_its_job() {
+    let folder = folder();
+    let job = |more: &str| {
+        let more: Vec<&str> = more.split_whitespace().collect();
+        folder.succeed(&[&JOB[..3], &JOB[5..9], &more].concat());
+    };
+    let listed = |more: &str| {
+        fs::remove_file(folder.path("out/transforms.json")).ok();
+        job(&format!(
+            "{more} --resolution 14x10 --samples 2 --part 2/2 --metadata transforms"
+        ));
+        frames(&folder, "out/transforms.json")
+    };
+    // Pictures of another size, of another seed, and of this job.
+    for other in ["--resolution 7x5", "--resolution 14x10 --seed 3"] {
+        job(&format!("{other} --samples 2 --part 1/2"));
+        assert_eq!(listed(""), [3, 4, 5], "{other}");
+    }
+    job("--resolution 14x10 --samples 2 --part 1/2");
+    assert_eq!(listed(""), [1, 2, 3, 4, 5]);
+    // Denoised ones, too.
+    let denoised = "--integrator path --denoise";
+    job(&format!("{denoised} --resolution 7x5 --samples 2"));
+    assert_eq!(listed(&format!("{denoised} --denoise-step render")), [3, 4, 5]);
+    job(&format!("{denoised} --resolution 14x10 --samples 2"));
+    assert_eq!(listed(&format!("{denoised} --denoise-step render")), [1, 2, 3, 4, 5]);
+}
+
+#[test]
+fn figures_of_other_crops_and_seeds_do_not_count() {
+    let folder = folder();
+    let small = ["--resolution", "14x10", "--stats", "stats.json"];
+    let job = |more: &[&str]| stderr(&folder.run(&[&JOB[..], &small, more].concat()));
+    job(&["--range", "1-3"]);
+    for other in [["--crop", "0,0,7,5"], ["--seed", "5"]] {
+        let said = job(&[&["--range", "3-4"], &other[..]].concat());
+        assert!(
+            said.contains("the figures of other jobs are lost, they are of other inputs"),
+            "{said}"
+        );
+        let stats: Value = serde_json::from_slice(&folder.read("stats.json")).expect("JSON");
+        assert_eq!(frames(&folder, "stats.json"), [3, 4]);
+        assert_eq!(stats["total"], 2);
+    }
+    // Frames beyond the sequence are no longer its own.
+    job(&["--overwrite"]);
+    folder.write("path.csv", &SMALL_PATH.replace("\n5,", "\n3,"));
+    job(&["--skip-existing"]);
+    assert_eq!(frames(&folder, "stats.json"), [1, 2, 3]);
 }
 
 #[test]

@@ -123,6 +123,52 @@ fn a_step_that_denoises_keeps_figures_and_a_preview_of_its_frames() {
 }
 
 #[test]
+fn figures_of_denoised_frames_name_both_fingerprints_and_keep_times_of_earlier_runs() {
+    let folder = folder();
+    let job = "-q --resolution 14x10 -o f.#.exr --report page --stats s.json";
+    for step in ["--part 1/2 --denoise-step render", "--part 2/2 --denoise-step render"] {
+        folder.succeed(&words(&[JOB, job, step]));
+    }
+    let rendered = stats(&folder, "s.json");
+    let attribute = |name: &str, key: &str| {
+        let file = batch_render::output::ExrFile::read(&folder.path(name)).expect("an EXR file");
+        file.attribute(key).expect("it is there").to_string()
+    };
+    let fingerprint = "batch-render/fingerprint";
+    // The second half, and a job that skips all frames.
+    for step in ["--denoise-step denoise", "--skip-existing"] {
+        folder.succeed(&words(&[JOB, job, step]));
+        let told = stats(&folder, "s.json");
+        assert_eq!(statuses(&told), ["written"; 5]);
+        for (i, (told, before)) in told["frames"]
+            .as_array()
+            .expect("a list")
+            .iter()
+            .zip(rendered["frames"].as_array().expect("a list"))
+            .enumerate()
+        {
+            for key in ["wall_s", "samples", "segments", "peak_memory_bytes"] {
+                assert_eq!(told[key], before[key], "{step} {key}");
+            }
+            assert!(told["wall_s"].as_f64() > Some(0.0));
+            let number = i + 1;
+            assert_eq!(told["fingerprint"], attribute(&format!("f.{number}.exr"), fingerprint));
+            assert_eq!(
+                told["noisy_fingerprint"],
+                attribute(&format!("noisy/f.{number}.exr"), fingerprint)
+            );
+            assert_eq!(told["noisy_fingerprint"], before["fingerprint"]);
+            assert_eq!(told["files"], serde_json::json!([format!("f.{number}.exr")]));
+        }
+        let page = fs::read_to_string(folder.path("page/index.html")).expect("a page");
+        assert!(
+            page.matches("<img").count() == 5 && page.contains("Time per frame"),
+            "{step}"
+        );
+    }
+}
+
+#[test]
 fn a_time_limit_that_suffices_changes_no_byte_and_a_short_one_leaves_two_halves() {
     let folder = folder();
     folder.succeed(&words(&[JOB, "-q -r 1-3 -o whole/f.#.exr"]));

@@ -214,6 +214,12 @@ fn figures_tell_what_became_of_each_frame() {
     assert!(fourth["segments"].as_u64() >= Some(16 * 12 * 20) && fourth["shadow_rays"].as_u64() > Some(0));
     assert_eq!(fourth["files"], serde_json::json!(["f.4.exr", "f.4.png"]));
     assert_eq!(fourth["fingerprint"].as_str().map(str::len), Some(32));
+    // A later run keeps what this one tells of frames that it skips.
+    fs::remove_file(folder.path("f.1.png")).expect("removed");
+    folder.succeed(&[&JOB[..], &["--skip-existing", "--stats", "stats.json"]].concat());
+    let later: serde_json::Value = serde_json::from_slice(&folder.read("stats.json")).expect("JSON");
+    assert_eq!(later["frames"][3], *fourth);
+    assert_eq!(later["frames"][0]["status"], "written");
 
     folder.succeed(&[&JOB[..], &["--range=2-5", "--report", "page"]].concat());
     assert_eq!(

@@ -209,6 +209,8 @@ impl DenoisedFrames for JobFrames<'_> {
     }
 
     fn keep(&self, frame: i32, fingerprint: &str) -> bool {
+        self.observer
+            .event(&JobEvent::DenoisedFingerprint { frame, fingerprint });
         let are_fit = || {
             self.files[&frame]
                 .iter()

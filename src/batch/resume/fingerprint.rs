@@ -24,6 +24,9 @@ use crate::{
 /// Rises with every change of the program that changes pixels between two versions of the package.
 const PICTURE_VERSION: u32 = 2;
 
+/// The version of the package.
+const VERSION: &str = env!("CARGO_PKG_VERSION");
+
 /// The attribute of a file's own fingerprint.
 pub const FINGERPRINT: &str = "batch-render/fingerprint";
 
@@ -95,7 +98,8 @@ struct Hashed<'a> {
     point_radius: Option<f32>,
     variant: &'a Option<String>,
     frame: i32,
-    camera: FrameCamera,
+    /// `None` for what all frames share.
+    camera: Option<FrameCamera>,
     /// The neighbouring frames, if a pass follows motion.
     neighbours: Option<Neighbours>,
     shown: Shown,
@@ -109,6 +113,67 @@ struct Hashed<'a> {
 enum Exposure<'a> {
     Stops(f32),
     Metered(&'a FrameCamera),
+}
+
+impl<'a> Hashed<'a> {
+    /// What a frame depends on, or without it, what all frames of `plan` do.
+    fn new(
+        version: &'a str,
+        plan: &'a Plan,
+        settings: &'a Settings,
+        inputs: InputHash,
+        frame: Option<(i32, &FrameCamera)>,
+    ) -> Self {
+        let Settings {
+            resolution,
+            window: _,
+            samples,
+            seed,
+            noise_frame: _,
+            sampler,
+            filter,
+            content,
+            passes,
+            matte_ranks,
+        } = settings;
+        let motion = passes.iter().any(|pass| pass.spec().follows_motion());
+        let picture = &plan.picture;
+        let (mut adaptive, mut exposure) = (samples.adaptive, Exposure::Stops(picture.exposure));
+        if let Some(camera) = &picture.metering_camera {
+            // It follows from the scene and this camera.
+            exposure = Exposure::Metered(camera);
+            adaptive = adaptive.map(|rule| AdaptiveSampling { gain: 1.0, ..rule });
+        }
+        let (number, camera) = frame.unzip();
+        let number = number.unwrap_or(0);
+        Self {
+            picture_version: PICTURE_VERSION,
+            package_version: version,
+            inputs: inputs.0.to_string(),
+            resolution: *resolution,
+            samples: samples.max,
+            adaptive,
+            seed: *seed,
+            noise_frame: picture.seed_mode.frame(number),
+            sampler,
+            filter,
+            content: *content,
+            passes: passes.iter().map(PassRequest::name).collect(),
+            matte_ranks: *matte_ranks,
+            integrator: &picture.integrator,
+            turntable: picture.turntable,
+            point_radius: picture.model.0,
+            variant: &picture.model.1,
+            frame: number,
+            camera: camera.map(|camera| camera.clone().with_neighbours(Neighbours::default())),
+            neighbours: camera.filter(|_| motion).map(|camera| *camera.neighbours()),
+            shown: picture.shown,
+            view: picture.view,
+            exposure,
+            fps: picture.fps,
+            encoding: plan.files.encoding,
+        }
+    }
 }
 
 fn hash(hashed: &impl Serialize) -> String {
@@ -135,7 +200,14 @@ impl Fingerprint {
 
     /// The fingerprint of frame number `number` as `camera` sees it, rendered by `plan` with these settings.
     pub fn new(plan: &Plan, settings: &Settings, inputs: InputHash, frame: (i32, &FrameCamera)) -> Self {
-        Self::by_version(env!("CARGO_PKG_VERSION"), plan, settings, inputs, frame)
+        Self::by_version(VERSION, plan, settings, inputs, frame)
+    }
+
+    /// The hash of all that the files of all frames of `plan` depend on, but for their numbers and cameras.
+    pub fn of_job(plan: &Plan, inputs: InputHash) -> String {
+        let settings = &plan.picture.settings;
+        let shared = hash(&Hashed::new(VERSION, plan, settings, inputs, None));
+        Self::of_window(&shared, settings.window)
     }
 
     /// The fingerprint that this version of the package gives.
@@ -144,59 +216,13 @@ impl Fingerprint {
         plan: &Plan,
         settings: &Settings,
         inputs: InputHash,
-        (number, camera): (i32, &FrameCamera),
+        frame: (i32, &FrameCamera),
     ) -> Self {
-        let Settings {
-            resolution,
-            window,
-            samples,
-            seed,
-            noise_frame: _,
-            sampler,
-            filter,
-            content,
-            passes,
-            matte_ranks,
-        } = settings;
-        let motion = passes.iter().any(|pass| pass.spec().follows_motion());
-        let picture = &plan.picture;
-        let (mut adaptive, mut exposure) = (samples.adaptive, Exposure::Stops(picture.exposure));
-        if let Some(camera) = &picture.metering_camera {
-            // It follows from the scene and this camera.
-            exposure = Exposure::Metered(camera);
-            adaptive = adaptive.map(|rule| AdaptiveSampling { gain: 1.0, ..rule });
-        }
-        let hashed = Hashed {
-            picture_version: PICTURE_VERSION,
-            package_version: version,
-            inputs: inputs.0.to_string(),
-            resolution: *resolution,
-            samples: samples.max,
-            adaptive,
-            seed: *seed,
-            noise_frame: picture.seed_mode.frame(number),
-            sampler,
-            filter,
-            content: *content,
-            passes: passes.iter().map(PassRequest::name).collect(),
-            matte_ranks: *matte_ranks,
-            integrator: &picture.integrator,
-            turntable: picture.turntable,
-            point_radius: picture.model.0,
-            variant: &picture.model.1,
-            frame: number,
-            camera: camera.clone().with_neighbours(Neighbours::default()),
-            neighbours: motion.then(|| *camera.neighbours()),
-            shown: picture.shown,
-            view: picture.view,
-            exposure,
-            fps: picture.fps,
-            encoding: plan.files.encoding,
-        };
+        let hashed = Hashed::new(version, plan, settings, inputs, Some(frame));
         let whole = hash(&hashed);
         Self {
-            scene: hash(&(&hashed.inputs, &picture.integrator, &picture.model)),
-            file: Self::of_window(&whole, *window),
+            scene: hash(&(&hashed.inputs, &plan.picture.integrator, &plan.picture.model)),
+            file: Self::of_window(&whole, settings.window),
             picture: whole,
         }
     }
