@@ -13,7 +13,7 @@ use crate::{
     geometry::{BuildError, Geometry, GroupInstance, MeshGroup, PlacedShape, check},
     light::Light,
     material::{Material, MaterialId},
-    math::{DVec3, Transform, Vec4},
+    math::{DVec3, Runs, Transform, Vec4},
     shape::{
         Shape,
         mesh::{Mesh, MeshError},
@@ -401,6 +401,10 @@ impl SceneBuilder {
             contacts: Contacts::new(accel.geometry()),
             accel,
             objects: self.objects,
+            mesh_runs: Runs::new(
+                self.meshes.iter().map(|mesh| mesh.triangles.start).collect(),
+                self.meshes.last().map_or(0, |mesh| mesh.triangles.end),
+            ),
             meshes: self.meshes,
             instances: self.instances,
             object_transforms: self.object_transforms,

@@ -8,9 +8,10 @@ use super::{
 };
 use crate::{
     accel::Accelerator,
+    geometry::PrimId,
     light::Light,
     material::{Material, MaterialId},
-    math::{Transform, Vec4},
+    math::{Runs, Transform, Vec4},
     texture::{Bitmap, Texture, Textures},
 };
 
@@ -20,6 +21,8 @@ pub struct SceneGeometry {
     pub objects: Vec<Object>,
     /// In the order of their triangles, without gaps.
     pub meshes: Vec<MeshRecord>,
+    /// The triangles of each mesh.
+    pub(super) mesh_runs: Runs,
     /// The record of each instance of the geometry.
     pub instances: Vec<InstanceRecord>,
     /// The transforms that [`ObjectFromGroup::At`](super::ObjectFromGroup::At) refers to.
@@ -37,6 +40,18 @@ impl SceneGeometry {
     /// The material of one of the geometry's shapes.
     pub fn shape_material(&self, shape: u32) -> MaterialId {
         self.objects[self.shape_objects[shape as usize].0 as usize].material
+    }
+
+    /// The index of the mesh of triangle `prim`; of a shape, the number of meshes.
+    #[inline]
+    pub(super) fn mesh_index(&self, prim: PrimId) -> usize {
+        self.mesh_runs.of(prim.index())
+    }
+
+    /// The mesh of triangle `prim`; `None` for a shape.
+    #[inline]
+    pub(super) fn mesh_of(&self, prim: PrimId) -> Option<&MeshRecord> {
+        self.meshes.get(self.mesh_index(prim))
     }
 }
 

@@ -11,7 +11,7 @@ use std::{
 };
 
 use super::{FirstHit, NodeId, ObjectId, Scene};
-use crate::{geometry::PrimId, math::hash};
+use crate::math::hash;
 
 /// The limit of node names of all instances together; instances beyond it get the names of their objects.
 const MAX_INSTANCE_NODES: usize = 1 << 20;
@@ -188,7 +188,7 @@ impl Mattes {
         if let Some(shape) = (hit.prim.index() as usize).checked_sub(triangles) {
             return self.shapes[shape];
         }
-        let mesh = scene.mesh_index(hit.prim);
+        let mesh = scene.geometry.mesh_index(hit.prim);
         match self.instances.get(hit.instance.0 as usize) {
             None => self.meshes[mesh],
             Some(instance) if instance.is_by_mesh => self.of_instances[(instance.first + self.in_group[mesh]) as usize],
@@ -201,14 +201,6 @@ impl Scene {
     /// The mattes of the scene, which are made at the first call.
     pub fn mattes(&self) -> &Mattes {
         self.mattes.get_or_init(|| Mattes::new(self))
-    }
-
-    /// The index of the mesh of triangle `prim`.
-    fn mesh_index(&self, prim: PrimId) -> usize {
-        self.geometry
-            .meshes
-            .partition_point(|m| m.triangles.start <= prim.index())
-            - 1
     }
 
     /// The indices of the meshes of these triangles.

@@ -10,7 +10,7 @@ use std::{
 
 use crate::{
     bsdf::Bsdf,
-    geometry::{Hit, PrimId},
+    geometry::Hit,
     light::LightSample,
     material::{BatchKind, Material, MaterialId},
     math::{DVec3, Ray, Rgb, Transform, Vec2, Vec3, Vec4},
@@ -265,27 +265,11 @@ impl Scene {
 
     /// The material at a hit.
     pub fn material_of(&self, hit: &Hit) -> MaterialId {
-        let triangles = self.geometry.accel.geometry().triangles.len();
-        match (hit.prim.index() as usize).checked_sub(triangles) {
-            Some(shape) => self.geometry.shape_material(shape as u32),
-            None => {
-                let instead = self
-                    .geometry
-                    .instances
-                    .get(hit.instance.0 as usize)
-                    .and_then(|i| i.material);
-                instead.unwrap_or_else(|| self.mesh_of(hit.prim).material)
-            }
-        }
-    }
-
-    /// The mesh of triangle `prim`.
-    #[inline]
-    fn mesh_of(&self, prim: PrimId) -> &MeshRecord {
-        let after = self
-            .geometry
-            .meshes
-            .partition_point(|m| m.triangles.start <= prim.index());
-        &self.geometry.meshes[after - 1]
+        let Some(mesh) = self.geometry.mesh_of(hit.prim) else {
+            let triangles = self.geometry.accel.geometry().triangles.len() as u32;
+            return self.geometry.shape_material(hit.prim.index() - triangles);
+        };
+        let instance = self.geometry.instances.get(hit.instance.0 as usize);
+        instance.and_then(|i| i.material).unwrap_or(mesh.material)
     }
 }

@@ -10,7 +10,7 @@ use super::{
     surface_soa::{SoaBlock, SurfaceSoa},
 };
 use crate::{
-    geometry::{Geometry, Hit, InstanceId, PlacedShape, PrimId},
+    geometry::{Geometry, Hit, InstanceId, PrimId},
     material::MaterialId,
     math::{Dispatch, Ray, Transform, Vec2, Vec3},
     shape::{LocalSurface, ShapeHit, triangle},
@@ -25,6 +25,8 @@ const PREFETCH_DISTANCE: usize = 12;
 #[derive(Debug, Default)]
 pub struct Surfaces {
     pub interactions: Vec<SurfaceInteraction>,
+    /// The mesh of each interaction and of those that follow, see [`SceneGeometry::mesh_index`](super::SceneGeometry::mesh_index).
+    meshes: Vec<usize>,
     soa: SurfaceSoa,
 }
 
@@ -50,7 +52,17 @@ struct MeshTriangle<'a> {
     own: [usize; 3],
 }
 
-impl MeshTriangle<'_> {
+impl<'a> MeshTriangle<'a> {
+    #[inline(always)]
+    fn new(mesh: &'a MeshRecord, geometry: &Geometry, prim: PrimId) -> Self {
+        let index = prim.index() as usize;
+        Self {
+            mesh,
+            corners: geometry.corners(index),
+            own: geometry.triangles[index].map(|v| (v - mesh.vertices.start) as usize),
+        }
+    }
+
     /// Interpolates tangents (in the mesh's space), colours and the second UV set.
     #[inline]
     fn fill_attributes(&self, hit: &Hit, surface: &mut SurfaceInteraction) {
@@ -126,7 +138,8 @@ impl Scene {
     pub fn surface(&self, ray: &Ray, hit: &Hit) -> SurfaceInteraction {
         let geometry = self.geometry.accel.geometry();
         let mut surface = SurfaceInteraction::unset();
-        let placed_geometry = match self.fill(geometry, ray, hit, &mut surface, |_| true) {
+        let mesh = self.geometry.mesh_of(hit.prim);
+        let placed_geometry = match self.fill(geometry, (ray, hit, mesh), &mut surface, |_| true) {
             HitSurface::Geometry(placed_geometry) => placed_geometry,
             HitSurface::Triangle(face) => {
                 let point = triangle::surface_point(face.corners, hit.u, hit.v);
@@ -141,7 +154,7 @@ impl Scene {
             }
         };
         surface.set_geometry(&placed_geometry, &placed_geometry.shading_view(ray.d));
-        self.fill_texture_point(hit, &mut surface);
+        self.fill_texture_point(hit, mesh, &mut surface);
         surface
     }
 
@@ -157,18 +170,28 @@ impl Scene {
         surfaces: &mut Surfaces,
     ) {
         let geometry = self.geometry.accel.geometry();
-        let Surfaces { interactions, soa } = surfaces;
+        let Surfaces {
+            interactions,
+            meshes,
+            soa,
+        } = surfaces;
         interactions.resize(part.len(), SurfaceInteraction::unset());
         soa.clear();
-        for (surface, i) in interactions.iter_mut().zip(part.clone()) {
+        meshes.clear();
+        let first = prims.iter().take(part.start + PREFETCH_DISTANCE).skip(part.start);
+        meshes.extend(first.map(|prim| self.geometry.mesh_index(*prim)));
+        for (surface, (k, i)) in interactions.iter_mut().zip(part.clone().enumerate()) {
             if let Some(later) = prims.get(i + 2 * PREFETCH_DISTANCE) {
                 prefetch(&geometry.triangles, later.index() as usize);
             }
             if let Some(later) = prims.get(i + PREFETCH_DISTANCE) {
-                self.prefetch_corners(geometry, *later);
+                let mesh = self.geometry.mesh_index(*later);
+                self.prefetch_corners(geometry, *later, self.geometry.meshes.get(mesh));
+                meshes.push(mesh);
             }
             let (ray, hit) = hit(i);
-            match self.fill(geometry, ray, hit, surface, |material| {
+            let hit_on = (ray, hit, self.geometry.meshes.get(meshes[k]));
+            match self.fill(geometry, hit_on, surface, |material| {
                 self.is_spatially_varying(material)
             }) {
                 HitSurface::Geometry(placed_geometry) => soa.push_geometry(&placed_geometry, ray.d),
@@ -182,21 +205,22 @@ impl Scene {
         for (k, surface) in interactions.iter_mut().enumerate() {
             soa.set_geometry(k, surface);
             if self.is_spatially_varying(surface.material) {
-                self.fill_texture_point(hit(part.start + k).1, surface);
+                let mesh = self.geometry.meshes.get(meshes[k]);
+                self.fill_texture_point(hit(part.start + k).1, mesh, surface);
             }
         }
     }
 
     /// Prefetches the vertices and attributes of a hit's triangle.
     #[inline(always)]
-    fn prefetch_corners(&self, geometry: &Geometry, prim: PrimId) {
-        let Some(corners) = geometry.triangles.get(prim.index() as usize) else {
+    fn prefetch_corners(&self, geometry: &Geometry, prim: PrimId, mesh: Option<&MeshRecord>) {
+        let Some(mesh) = mesh else {
             return;
         };
+        let corners = &geometry.triangles[prim.index() as usize];
         for &v in corners {
             prefetch(&geometry.vertices, v as usize);
         }
-        let mesh = self.mesh_of(prim);
         for &v in corners.iter().filter(|_| !mesh.normals.is_empty()) {
             prefetch(&mesh.normals, (v - mesh.vertices.start) as usize);
         }
@@ -205,40 +229,23 @@ impl Scene {
         }
     }
 
-    /// The triangle `prim`.
-    #[inline(always)]
-    fn face<'a>(&'a self, geometry: &Geometry, prim: PrimId) -> MeshTriangle<'a> {
-        let mesh = self.mesh_of(prim);
-        let index = prim.index() as usize;
-        let own = geometry.triangles[index].map(|v| (v - mesh.vertices.start) as usize);
-        MeshTriangle {
-            mesh,
-            corners: geometry.corners(index),
-            own,
-        }
-    }
-
-    /// Sets all fields of `surface` but its geometry, and returns that. `needs_texture` tells for which materials the texture
+    /// Sets all fields of `surface` but its geometry, and returns that. A hit on a triangle has a mesh. `needs_texture` tells for which materials the texture
     /// point needs more than `uv`.
     #[inline(always)]
     fn fill<'a>(
         &'a self,
         geometry: &Geometry,
-        ray: &Ray,
-        hit: &Hit,
+        (ray, hit, mesh): (&Ray, &Hit, Option<&'a MeshRecord>),
         surface: &mut SurfaceInteraction,
         needs_texture: impl Fn(MaterialId) -> bool,
     ) -> HitSurface<'a> {
         surface.t = hit.t;
-        match geometry.shape(hit.prim) {
-            Some(placed) => {
-                HitSurface::Geometry(self.fill_from_shape(geometry, placed, ray, hit, surface, needs_texture))
+        match mesh.map(|mesh| MeshTriangle::new(mesh, geometry, hit.prim)) {
+            None => HitSurface::Geometry(self.fill_from_shape(geometry, ray, hit, surface, needs_texture)),
+            Some(face) if hit.instance != InstanceId::NONE => {
+                HitSurface::Geometry(self.fill_from_instance(geometry, face, (ray, hit), surface, needs_texture))
             }
-            None if hit.instance != InstanceId::NONE => {
-                HitSurface::Geometry(self.fill_from_instance(geometry, ray, hit, surface, needs_texture))
-            }
-            None => {
-                let face = self.face(geometry, hit.prim);
+            Some(face) => {
                 (surface.object, surface.material) = (face.mesh.object, face.mesh.material);
                 surface.texture.uv = Vec2::new(hit.u, hit.v);
                 surface.texture.uv_origin = face.mesh.uv_origins[0];
@@ -254,12 +261,11 @@ impl Scene {
 
     /// Sets the texture point of a hit on a triangle in world space.
     #[inline(never)]
-    fn fill_texture_point(&self, hit: &Hit, surface: &mut SurfaceInteraction) {
-        if hit.instance != InstanceId::NONE || self.geometry.accel.geometry().shape(hit.prim).is_some() {
+    fn fill_texture_point(&self, hit: &Hit, mesh: Option<&MeshRecord>, surface: &mut SurfaceInteraction) {
+        let Some(mesh) = mesh.filter(|_| hit.instance == InstanceId::NONE) else {
             return;
-        }
-        let face = self.face(self.geometry.accel.geometry(), hit.prim);
-        let mesh = face.mesh;
+        };
+        let face = MeshTriangle::new(mesh, self.geometry.accel.geometry(), hit.prim);
         let (p, n, u, v) = (surface.p, surface.ng, surface.dpdu, surface.dpdv);
         let (place, dpdu, dpdv) = match &mesh.transform {
             None => (TexturePoint::in_scene(p, n), u, v),
@@ -283,13 +289,13 @@ impl Scene {
     fn fill_from_shape(
         &self,
         geometry: &Geometry,
-        placed: &PlacedShape,
         ray: &Ray,
         hit: &Hit,
         surface: &mut SurfaceInteraction,
         needs_texture: impl Fn(MaterialId) -> bool,
     ) -> HitGeometry {
         let index = hit.prim.index() as usize - geometry.triangles.len();
+        let placed = &geometry.shapes[index];
         let object = self.geometry.shape_objects[index];
         let material = self.geometry.objects[object.0 as usize].material;
         (surface.object, surface.material) = (object, material);
@@ -333,12 +339,11 @@ impl Scene {
     fn fill_from_instance(
         &self,
         geometry: &Geometry,
-        ray: &Ray,
-        hit: &Hit,
+        face: MeshTriangle<'_>,
+        (ray, hit): (&Ray, &Hit),
         surface: &mut SurfaceInteraction,
         needs_texture: impl Fn(MaterialId) -> bool,
     ) -> HitGeometry {
-        let face = self.face(geometry, hit.prim);
         let instance = &self.geometry.instances[hit.instance.0 as usize];
         let t = &geometry.transforms[geometry.instances[hit.instance.0 as usize].transform as usize];
         let uvs = face.uvs();
