@@ -54,9 +54,38 @@ pub(super) struct InstanceUnit {
     pub triangles: u64,
 }
 
+/// The copies of meshes in a model, which have numbers whether they become instances or not.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(super) struct ModelCopies {
+    /// The number from 0 of the copy that each part belongs to; `None` for those that the scene shows once.
+    pub of_parts: Vec<Option<u32>>,
+    pub count: u32,
+}
+
+impl ModelCopies {
+    /// The copies in a model that `objects` objects use. All parts that the model has once are a copy for each object.
+    fn new(model: &Model, units: &[InstanceUnit], objects: u64) -> Self {
+        let (mut of_parts, mut count) = (vec![None; model.instances.len()], 0);
+        let once = units.iter().filter(|unit| unit.copies.len() == 1 && objects > 1);
+        for part in once.flat_map(|unit| unit.copies[0].clone()) {
+            (of_parts[part], count) = (Some(0), 1);
+        }
+        for copy in units
+            .iter()
+            .filter(|unit| unit.copies.len() > 1)
+            .flat_map(|unit| &unit.copies)
+        {
+            of_parts[copy.clone()].fill(Some(count));
+            count += 1;
+        }
+        Self { of_parts, count }
+    }
+}
+
 /// The parts of a model that can be instances.
 #[derive(Clone, Debug)]
 pub(super) struct InstanceUnits {
+    pub copies: ModelCopies,
     /// The parts that are not shared within the model, in ascending order, and the number of their triangles.
     pub rest: Vec<usize>,
     pub triangles: u64,
@@ -66,7 +95,9 @@ pub(super) struct InstanceUnits {
 impl InstanceUnits {
     /// The units of a model that `objects` objects use.
     pub fn new(model: &Model, objects: u64, instancing: Instancing) -> Self {
-        let (shared, once): (Vec<InstanceUnit>, Vec<InstanceUnit>) = repeated(model).into_iter().partition(|unit| {
+        let units = repeated(model);
+        let copies = ModelCopies::new(model, &units, objects);
+        let (shared, once): (Vec<InstanceUnit>, Vec<InstanceUnit>) = units.into_iter().partition(|unit| {
             let copies = unit.copies.len() as u64;
             copies > 1 && instancing.wants(unit.triangles, copies * objects)
         });
@@ -74,6 +105,7 @@ impl InstanceUnits {
         rest.sort_unstable();
         let triangles = rest.iter().map(|&part| triangles(model, part)).sum();
         Self {
+            copies,
             rest,
             triangles,
             shared,
@@ -190,6 +222,18 @@ mod tests {
         let units = InstanceUnits::new(&model, 100, Instancing::Auto);
         assert_eq!(copies(&units), [[0..1, 2..3]]);
         assert_eq!(units.rest, [1, 3]);
+    }
+
+    #[test]
+    fn copies_are_counted_whether_they_are_shared_or_not() {
+        let model = model(&[(1, 0, 0.0), (2, 0, 1.0), (1, 0, 2.0), (3, 0, 3.0), (2, 0, 4.0)]);
+        for instancing in [Instancing::Auto, Instancing::Never, Instancing::Always] {
+            let of = |objects| InstanceUnits::new(&model, objects, instancing).copies;
+            let (alone, twice) = (of(1), of(2));
+            assert_eq!(alone.of_parts, [Some(0), Some(2), Some(1), None, Some(3)]);
+            assert_eq!(twice.of_parts, [Some(1), Some(3), Some(2), Some(0), Some(4)]);
+            assert_eq!((alone.count, twice.count), (4, 5));
+        }
     }
 
     #[test]

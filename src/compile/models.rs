@@ -154,6 +154,9 @@ struct PlacedParts<'a> {
     model_use: &'a ModelUse,
     /// Their transforms are relative to `scene_from_group`.
     parts: &'a [MeshInstance],
+    /// The copy of a mesh that each part is, from `first_copy`.
+    copies: &'a [Option<u32>],
+    first_copy: u32,
     scene_from_group: DAffine3,
     object_from_group: ObjectFromGroup,
     /// The node, if the parts become an instance.
@@ -248,10 +251,15 @@ impl ModelPlacer<'_> {
         } else {
             self.object_from_group(placed, None, plan.model_from_rest, &mut plan.transforms)
         };
+        let of_parts = &plan.units.copies.of_parts;
+        let first_copy = self.scene.add_copies(plan.units.copies.count);
+        let rest_copies: Vec<Option<u32>> = plan.units.rest.iter().map(|part| of_parts[*part]).collect();
         let rest = PlacedParts {
             placed,
             model,
             model_use,
+            copies: &rest_copies,
+            first_copy,
             parts: plan.rest_parts.as_ref().unwrap_or(&model.instances),
             scene_from_group: placed.place.of(&plan.model_from_rest),
             object_from_group: object_from_rest,
@@ -271,6 +279,8 @@ impl ModelPlacer<'_> {
                 let parts: Vec<MeshInstance> = model.instances[run.clone()].iter().map(in_group).collect();
                 let own = PlacedParts {
                     parts: &parts,
+                    copies: &vec![Some(0); parts.len()],
+                    first_copy: first_copy + of_parts[run.start].unwrap_or(0),
                     scene_from_group: placed.place.of(&model_from_group),
                     object_from_group: self.object_from_group(
                         placed,
@@ -380,7 +390,7 @@ impl ModelPlacer<'_> {
         let transform = Transform::new(copy.scene_from_group).filter(|t| t.magnification().0 <= MAX_MAGNIFICATION);
         let (Some(group), Some(transform)) = (group.filter(|_| !copy.parts.iter().any(emits)), transform) else {
             let mut dropped = 0;
-            for part in copy.parts {
+            for part in copy.parts.iter().zip(copy.copies) {
                 dropped += self.bake(copy, part, Space::World)?;
             }
             return Ok(dropped);
@@ -391,7 +401,7 @@ impl ModelPlacer<'_> {
             None => {
                 let first_triangle = self.scene.geometry().triangles.len() as u32;
                 let first_vertex = self.scene.geometry().vertices.len() as u32;
-                for part in copy.parts {
+                for part in copy.parts.iter().zip(copy.copies) {
                     dropped += self.bake(copy, part, Space::Group)?;
                 }
                 *group.insert(self.scene.end_group(first_triangle, first_vertex))
@@ -402,6 +412,7 @@ impl ModelPlacer<'_> {
             material: placed.material,
             object_from_group: copy.object_from_group,
             node: copy.node,
+            first_copy: copy.first_copy,
         };
         self.take(SceneBuilder::INSTANCE_BYTES, placed)?;
         self.scene.place_group(id, transform, record);
@@ -409,17 +420,28 @@ impl ModelPlacer<'_> {
     }
 
     /// Adds a part; returns the number of its triangles that were left out because they have no area.
-    fn bake(&mut self, copy: &PlacedParts<'_>, part: &MeshInstance, space: Space) -> Result<usize, AssetError> {
+    fn bake(
+        &mut self,
+        copy: &PlacedParts<'_>,
+        (part, number): (&MeshInstance, &Option<u32>),
+        space: Space,
+    ) -> Result<usize, AssetError> {
         let mesh = &copy.model.meshes[part.mesh];
         self.check_capacity(mesh.triangles.len() as u64, mesh.positions.len() as u64, copy.placed)?;
         self.take(mesh.bytes() + SceneBuilder::MESH_BYTES, copy.placed)?;
-        let (scene_from_group, transform, instead) = match space {
-            Space::World => (copy.scene_from_group, copy.placed.place.transform, copy.placed.material),
+        let (scene_from_group, transform, instead, first_copy) = match space {
+            Space::World => (
+                copy.scene_from_group,
+                copy.placed.place.transform,
+                copy.placed.material,
+                copy.first_copy,
+            ),
             // The meshes of a group keep the model's materials; instances may override them.
             Space::Group => (
                 DAffine3::IDENTITY,
                 None,
                 copy.placed.material.filter(|_| copy.model_use.first_material.is_none()),
+                0,
             ),
         };
         let owner = MeshOwner {
@@ -427,6 +449,7 @@ impl ModelPlacer<'_> {
             material: copy.model_use.material(part.material, instead),
             transform,
             node: copy.model_use.node_of(part),
+            copy: number.map(|number| first_copy + number),
         };
         let transform = MeshTransform::new(scene_from_group * part.model_from_mesh);
         Ok(self.scene.transformed_mesh(&owner, mesh, &transform))

@@ -5,10 +5,7 @@
 //! numbers.
 
 use super::{features, motion};
-use crate::{
-    geometry::InstanceId,
-    scene::{Component, MatteKind},
-};
+use crate::scene::{Component, MatteKind};
 
 pub use super::pass_spec::{Combine, Display, Feature, PassContext, PassSource, PassSpec, PixelType, Statistic};
 
@@ -238,8 +235,8 @@ pub const PASSES: &[PassSpec] = &[
         combine: Combine::Nearest,
         background: 0.0,
         display: Display::Id,
-        source: PassSource::FirstHit(|hit, _| id((hit.instance != InstanceId::NONE).then_some(hit.instance.0))),
-        about: "number of the copy of a mesh that is shown several times, from 1; 0 for others",
+        source: PassSource::FirstHit(|hit, context| id(context.scene.copy(hit))),
+        about: "number of the copy of a mesh that the scene shows several times, from 1, however many triangles it has; 0 for others",
     },
     PassSpec {
         name: "materialId",

@@ -33,6 +33,8 @@ pub(crate) struct MeshOwner {
     /// The object's transform: textures are evaluated in the object's own space.
     pub transform: Option<Transform>,
     pub node: Option<NodeId>,
+    /// See [`MeshRecord::copy`].
+    pub copy: Option<u32>,
 }
 
 /// A scene without its acceleration structure and its tables of lights. Ids that a method returns stay valid in the
@@ -48,6 +50,8 @@ pub struct SceneBuilder {
     shape_objects: Vec<ObjectId>,
     shape_colors: Vec<Vec4>,
     nodes: Vec<NodeName>,
+    /// The number of copies of meshes so far.
+    copies: u32,
     materials: Vec<Material>,
     material_names: Vec<String>,
     textures: Vec<Texture>,
@@ -69,6 +73,7 @@ impl SceneBuilder {
             shape_objects: Vec::new(),
             shape_colors: Vec::new(),
             nodes: Vec::new(),
+            copies: 0,
             materials: Vec::new(),
             material_names: Vec::new(),
             textures: Vec::new(),
@@ -178,7 +183,7 @@ impl SceneBuilder {
     pub fn mesh(&mut self, name: &str, mesh: Mesh, material: MaterialId) -> Result<ObjectId, MeshError> {
         mesh.validate()?;
         let object = self.object(name, None, material);
-        self.add_mesh(mesh, object, material);
+        self.add_mesh(mesh, object, material, None);
         Ok(object)
     }
 
@@ -188,7 +193,7 @@ impl SceneBuilder {
         let first_triangle = self.geometry.triangles.len() as u32;
         let first_vertex = self.geometry.vertices.len() as u32;
         for (mesh, material) in meshes {
-            self.add_mesh(mesh, ObjectId(0), material);
+            self.add_mesh(mesh, ObjectId(0), material, Some(0));
         }
         Ok(self.end_group(first_triangle, first_vertex))
     }
@@ -207,6 +212,7 @@ impl SceneBuilder {
             material,
             object_from_group: ObjectFromGroup::Identity,
             node: None,
+            first_copy: self.add_copies(1),
         };
         self.place_group(group, transform, record);
         object
@@ -237,6 +243,13 @@ impl SceneBuilder {
         NodeId(first)
     }
 
+    /// Counts this many copies of meshes more; returns the number of the first, from 0.
+    pub(crate) fn add_copies(&mut self, count: u32) -> u32 {
+        let first = self.copies;
+        self.copies += count;
+        first
+    }
+
     /// Adds a transform for [`ObjectFromGroup::At`].
     pub(crate) fn object_place(&mut self, transform: Transform) -> ObjectFromGroup {
         self.object_transforms.push(transform);
@@ -255,6 +268,7 @@ impl SceneBuilder {
                 material: owner.material,
                 transform: owner.transform,
                 node: owner.node,
+                copy: owner.copy,
                 triangles: first_triangle..end,
                 vertices: first_vertex..self.geometry.vertices.len() as u32,
                 normals: mesh.normals.iter().map(|n| transform.normal(*n)).collect(),
@@ -287,7 +301,7 @@ impl SceneBuilder {
         self.instances.push(record);
     }
 
-    fn add_mesh(&mut self, mesh: Mesh, object: ObjectId, material: MaterialId) {
+    fn add_mesh(&mut self, mesh: Mesh, object: ObjectId, material: MaterialId, copy: Option<u32>) {
         let first_vertex = self.geometry.vertices.len() as u32;
         let first_triangle = self.geometry.triangles.len() as u32;
         self.geometry.vertices.extend(mesh.positions);
@@ -298,6 +312,7 @@ impl SceneBuilder {
             material,
             transform: None,
             node: None,
+            copy,
             triangles: first_triangle..self.geometry.triangles.len() as u32,
             vertices: first_vertex..self.geometry.vertices.len() as u32,
             normals: mesh.normals,

@@ -24,6 +24,8 @@ pub struct InstanceRecord {
     pub object_from_group: ObjectFromGroup,
     /// The model node of the instance, instead of those of the meshes.
     pub node: Option<NodeId>,
+    /// The number of its first copy of a mesh.
+    pub first_copy: u32,
 }
 
 impl InstanceRecord {

@@ -5,13 +5,13 @@
 //! same name for a material, and among 200,000 names two probably have the same hash.
 
 use std::{
-    collections::{HashMap, HashSet},
+    collections::{BTreeMap, HashMap, HashSet},
     ops::Range,
     sync::Arc,
 };
 
 use super::{FirstHit, NodeId, ObjectId, Scene};
-use crate::math::hash;
+use crate::{geometry::InstanceId, math::hash};
 
 /// The limit of node names of all instances together; instances beyond it get the names of their objects.
 const MAX_INSTANCE_NODES: usize = 1 << 20;
@@ -178,9 +178,38 @@ impl Mattes {
         self.part_of[self.object(scene, hit) as usize]
     }
 
-    /// The index of the first part of an instance.
-    pub fn part_of_instance(&self, instance: usize) -> u32 {
-        self.part_of[self.of_instances[self.instances[instance].first as usize] as usize]
+    /// The index of the part of each copy of a mesh, in the order of their numbers.
+    pub fn parts_of_copies(&self, scene: &Scene) -> Vec<u32> {
+        let groups = &scene.geometry.accel.geometry().groups;
+        let (records, places) = (&scene.geometry.instances, &scene.geometry.accel.geometry().instances);
+        let mut is_in_group = vec![false; self.meshes.len()];
+        let mut found: BTreeMap<u32, u32> = BTreeMap::new();
+        for (i, (record, place)) in records.iter().zip(places).enumerate() {
+            for mesh in scene.meshes_within(&groups[place.group as usize].triangles) {
+                is_in_group[mesh] = true;
+                if let Some(copy) = scene.geometry.meshes[mesh].copy {
+                    found
+                        .entry(record.first_copy + copy)
+                        .or_insert(self.of_instance(i, mesh));
+                }
+            }
+        }
+        for (mesh, record) in scene.geometry.meshes.iter().enumerate() {
+            if let Some(copy) = record.copy.filter(|_| !is_in_group[mesh]) {
+                found.entry(copy).or_insert(self.meshes[mesh]);
+            }
+        }
+        let count = found.last_key_value().map_or(0, |(last, _)| last + 1);
+        // A copy without area has no mesh, and stands beside the one before it.
+        let before = |copy| found.range(..=copy).next_back().or(found.first_key_value());
+        let parts = (0..count).filter_map(before);
+        parts.map(|(_, matte)| self.part_of[*matte as usize]).collect()
+    }
+
+    /// The matte of a mesh in an instance.
+    fn of_instance(&self, instance: usize, mesh: usize) -> u32 {
+        let InstanceMattes { first, is_by_mesh } = self.instances[instance];
+        self.of_instances[(first + if is_by_mesh { self.in_group[mesh] } else { 0 }) as usize]
     }
 
     fn object(&self, scene: &Scene, hit: &FirstHit) -> u32 {
@@ -189,10 +218,9 @@ impl Mattes {
             return self.shapes[shape];
         }
         let mesh = scene.geometry.mesh_index(hit.prim);
-        match self.instances.get(hit.instance.0 as usize) {
-            None => self.meshes[mesh],
-            Some(instance) if instance.is_by_mesh => self.of_instances[(instance.first + self.in_group[mesh]) as usize],
-            Some(instance) => self.of_instances[instance.first as usize],
+        match hit.instance {
+            InstanceId::NONE => self.meshes[mesh],
+            InstanceId(instance) => self.of_instance(instance as usize, mesh),
         }
     }
 }
@@ -201,6 +229,13 @@ impl Scene {
     /// The mattes of the scene, which are made at the first call.
     pub fn mattes(&self) -> &Mattes {
         self.mattes.get_or_init(|| Mattes::new(self))
+    }
+
+    /// The number, from 0, of the copy of a mesh at a hit; `None` where that is shown once, or is no mesh.
+    pub fn copy(&self, hit: &FirstHit) -> Option<u32> {
+        let copy = self.geometry.mesh_of(hit.prim)?.copy?;
+        let instance = self.geometry.instances.get(hit.instance.0 as usize);
+        Some(copy + instance.map_or(0, |instance| instance.first_copy))
     }
 
     /// The indices of the meshes of these triangles.

@@ -92,6 +92,8 @@ pub struct MeshRecord {
     pub transform: Option<Transform>,
     /// The node of its file that it belongs to.
     pub node: Option<NodeId>,
+    /// The number from 0 of the copy of a mesh that it is, in a group from that of the instance; `None` where there is one only.
+    pub copy: Option<u32>,
     /// Indices into the geometry's triangles.
     pub triangles: Range<u32>,
     /// Indices into the geometry's vertices.

@@ -12,6 +12,7 @@ mod chunks;
 mod cli;
 mod closed_room;
 mod components;
+mod copies;
 mod cryptomatte;
 mod cube;
 mod datasets;

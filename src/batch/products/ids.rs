@@ -38,12 +38,13 @@ impl Ids {
             None => scene.part_name(part.object, part.node),
         };
         let object_id: Vec<String> = mattes.parts().iter().map(name).collect();
-        let instances = 0..scene.geometry.instances.len();
         Self {
             conventions: "the first name has the number 1; 0 is nothing; instanceId names the object of each copy; \
                           parent and children are places in tree, from 0, and id is the number in objectId",
-            instance_id: instances
-                .map(|i| object_id[mattes.part_of_instance(i) as usize].clone())
+            instance_id: mattes
+                .parts_of_copies(scene)
+                .into_iter()
+                .map(|part| object_id[part as usize].clone())
                 .collect(),
             tree: tree(scene, mattes.parts()),
             object_id,
