@@ -103,9 +103,9 @@ pub struct Quad {
     lengths: Option<[f64; 2]>,
     /// The edges from A to B and to D, and how far C is from completing a parallelogram.
     edges: [DVec3; 3],
-    /// The vectors whose products with a point relative to A are u and v, for a parallelogram.
+    /// The vectors whose products with a point relative to A are u and v, for a parallelogram, at most [`MAX_SKEW`] off.
     inverse: Option<[DVec3; 2]>,
-    /// The data of [`BlockKind::attempt`], for a parallelogram.
+    /// The data of [`BlockKind::attempt`], for such a parallelogram.
     blur: Blur,
     /// The largest coordinate.
     extent: f32,
@@ -113,14 +113,17 @@ pub struct Quad {
     bounds: Aabb,
 }
 
-/// By how much of a parallelogram's size the rounding in the edge test may move a corner, at most:
+/// By how much of a parallelogram's size the rounding in the edge test, and the skew, may move a corner, at most:
 /// by `each` for every metre that the corner is away, if the ray meets the plane head on.
 #[derive(Clone, Copy, Debug)]
 struct Blur {
     each: f64,
-    /// The part that depends on the quad's own size.
+    /// The part that depends on the quad alone.
     own: f64,
 }
+
+/// How far the corner C of a parallelogram may be off, as a part of its size. Rounded coordinates are within it.
+const MAX_SKEW: f64 = 1e-5;
 
 /// Nearer to an edge than this part of the quad the edge test decides.
 const MARGIN: f64 = 1.0 / 64.0;
@@ -142,10 +145,12 @@ impl Quad {
         let is_rectangle = skew.length() <= noise * largest && e.dot(f).abs() <= noise * e.length() * f.length();
         let middle = (a + b + c + d) * 0.25;
         let across = |x: DVec3, y: DVec3| x.cross(normal) / x.cross(normal).dot(y);
-        let inverse = (skew == DVec3::ZERO).then(|| [across(f, e), across(e, f)]);
+        let inverse = [across(f, e), across(e, f)];
+        let slope = inverse[0].length().max(inverse[1].length());
+        let inverse = (slope * skew.length() <= MAX_SKEW).then_some(inverse);
         // Each coordinate of a corner is rounded a few times, each time by half a unit in the last
         // place.
-        let steepest = inverse.map_or(f64::INFINITY, |[u, v]| u.length().max(v.length()));
+        let steepest = if inverse.is_some() { slope } else { f64::INFINITY };
         let each = 64.0 * f64::from(f32::EPSILON) * steepest;
         let on_plane = [a, b, c, d].map(|c| (c - normal * (c - middle).dot(normal)).as_vec3());
         Self {
@@ -157,7 +162,7 @@ impl Quad {
             inverse,
             blur: Blur {
                 each,
-                own: each * (c - a).length().max((d - b).length()),
+                own: each * (c - a).length().max((d - b).length()) + steepest * skew.length(),
             },
             extent: largest as f32,
             bounds: Aabb::from_points(corners.into_iter().chain(on_plane)).padded(1.0),
@@ -175,6 +180,12 @@ impl Quad {
     fn bilinear(&self) -> (DVec3, DVec3, DVec3, DVec3) {
         let [e, f, skew] = self.edges;
         (self.corners[0].as_dvec3(), e, f, skew)
+    }
+
+    /// The u and v of a point of the plane of a parallelogram, relative to its corner A.
+    #[inline(always)]
+    fn inverse_parallelogram([to_u, to_v]: [DVec3; 2], h: DVec3) -> (f64, f64) {
+        (h.dot(to_u).clamp(0.0, 1.0), h.dot(to_v).clamp(0.0, 1.0))
     }
 
     /// The u and v of a point of the plane of a quad that is no parallelogram: the inverse of A + u
@@ -218,13 +229,19 @@ impl Quad {
     fn place(&self, ray: &Ray, hit: &ShapeHit) -> (f64, f64, DVec3) {
         let on_ray = point_of(ray, hit);
         let (a, e, f, skew) = self.bilinear();
-        if let Some([to_u, to_v]) = self.inverse {
-            // A parallelogram has no corner off its plane.
-            let h = on_ray - a;
-            let (u, v) = (h.dot(to_u).clamp(0.0, 1.0), h.dot(to_v).clamp(0.0, 1.0));
-            return (u, v, a + e * u + f * v);
-        }
-        let (u, v) = self.inverse_bilinear(on_ray);
+        let (u, v) = match self.inverse {
+            Some(inverse) if skew == DVec3::ZERO => {
+                // A parallelogram has no corner off its plane.
+                let (u, v) = Self::inverse_parallelogram(inverse, on_ray - a);
+                return (u, v, a + e * u + f * v);
+            }
+            Some(inverse) => {
+                // Each step makes the error smaller by the skew.
+                let step = |(u, v): (f64, f64)| Self::inverse_parallelogram(inverse, on_ray - a - skew * (u * v));
+                step(step(step((0.0, 0.0))))
+            }
+            None => self.inverse_bilinear(on_ray),
+        };
         let p = a + e * u + f * v + skew * (u * v);
         (u, v, p - self.normal * (p - self.middle).dot(self.normal))
     }
@@ -415,12 +432,14 @@ mod tests {
             (side, away) in (vec(-1.0..1.0), 0_i32..24),
             (tilt, length) in (prop::sample::select(vec![1.0_f32, 0.1, 1e-2, 1e-3, 1e-4]), -4_i32..4),
             behind in prop::bool::ANY,
+            rounded in prop::bool::ANY,
         ) {
-            // Multiples of 2^-10, so that the corners are a parallelogram's to the last bit.
-            let [a, e, f] = [a, e, f].map(|v| (v * 1024.0).round() / 1024.0);
+            // Multiples of 2^-10 make the corners a parallelogram's to the last bit.
+            let grid = |v: Vec3| (v * 1024.0).round() / 1024.0;
+            let [a, e, f] = if rounded { [a, e, f] } else { [a, e, f].map(grid) };
             prop_assume!(e.cross(f).length() > 1e-2);
             let quad = Quad::from_corners([a, a + e, a + e + f, a + f]);
-            prop_assert!(quad.inverse.is_some());
+            prop_assert!(rounded || quad.inverse.is_some());
             let n = quad.normal();
             let to = a + e * u + f * v;
             let across = side - n * n.dot(side);
@@ -435,6 +454,24 @@ mod tests {
             let (_, is_on_ray) = rounded_hit(&ray, f64::from(attempt.hit.t), 0.0);
             if is_on_ray && attempt.answer != Attempt::UNKNOWN {
                 prop_assert_eq!(attempt.answer == Attempt::MEETS, quad.has_edges_around(&ray));
+            }
+        }
+    }
+
+    #[test]
+    fn u_and_v_of_a_parallelogram_are_those_of_any_quad() {
+        for off in [0.0, 1e-7, 1e-6, 4e-6] {
+            let c = Vec3::new(2.3 + off, 1.1 - off, off);
+            let quad = Quad::from_corners([Vec3::ZERO, Vec3::new(2.0, 0.1, 0.0), c, Vec3::new(0.3, 1.0, 0.0)]);
+            assert!(quad.inverse.is_some());
+            for i in 0..100 {
+                let at = DVec3::new(0.3 + 0.015 * f64::from(i), 0.2 + 0.005 * f64::from(i), 0.0);
+                let p = at - quad.normal * (at - quad.middle).dot(quad.normal);
+                let ray = Ray::new((p + quad.normal).as_vec3(), -quad.normal());
+                let hit = quad.intersect(&ray).unwrap();
+                let (u, v, _) = quad.place(&ray, &hit);
+                let (expected_u, expected_v) = quad.inverse_bilinear(point_of(&ray, &hit));
+                assert!((u - expected_u).abs() < 1e-9 && (v - expected_v).abs() < 1e-9, "{off} {i}: {u} {v}");
             }
         }
     }
