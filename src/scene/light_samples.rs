@@ -1,6 +1,8 @@
 //! Light samples for batches of surfaces.
 
-use super::{LightFamily, LightId, LightSampleContext, LightSource, SampledLight, Scene, SurfaceInteraction};
+use super::{
+    LightChoice, LightFamily, LightId, LightSampleContext, LightSource, SampledLight, Scene, SurfaceInteraction,
+};
 use crate::{
     light::{AreaBlock, LightBlock, LightSample},
     math::{Dispatch, Vec2},
@@ -169,19 +171,24 @@ impl Scene {
         to: &mut FamilyBlock,
         finite: &mut FiniteLights,
     ) {
-        let (mut together, mut alone, mut dark) = (0_u32, 0_u32, 0_u32);
+        // The points of the surfaces that are lit, and their lanes.
+        let (mut points, mut point_lanes, mut lit) = ([LightChoice::EMPTY; LightBlock::LEN], [0; LightBlock::LEN], 0);
         for (lane, surface) in surfaces.iter().enumerate() {
             let is_lit = self.material(surface.material).is_lit();
             to.is_unknown[lane] = u32::from(!is_lit);
-            if !is_lit {
-                continue;
-            }
             let at = LightSampleContext {
                 p: surface.p,
                 n: surface.viewed_normal(),
             };
-            let choice = numbers.choices.map_or(0.0, |u| u[lane].x);
-            let Some(choice) = self.lights.choose(on, family, &at, choice) else {
+            points[lit] = LightChoice::new(at, numbers.choices.map_or(0.0, |u| u[lane].x));
+            point_lanes[lit] = lane;
+            lit += usize::from(is_lit);
+        }
+        let points = &mut points[..lit];
+        self.lights.choose_all(on, family, points);
+        let (mut together, mut alone, mut dark) = (0_u32, 0_u32, 0_u32);
+        for (LightChoice { at, chosen, .. }, &lane) in points.iter().zip(&point_lanes) {
+            let Some(choice) = *chosen else {
                 dark |= 1 << lane;
                 continue;
             };

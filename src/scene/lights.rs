@@ -11,9 +11,13 @@ use std::sync::Arc;
 
 use super::{EmitterId, Emitters, LightId, SceneGeometry, SceneShading};
 use crate::{
-    light::{Light, tree::LightTree},
+    light::{
+        Light,
+        tree::{LightTree, TreeChoice},
+    },
     math::{
         Dispatch, Rgb, Vec3,
+        block::LANES,
         hash::{mix32, unit_f32},
     },
 };
@@ -46,6 +50,34 @@ pub struct SampledLight {
     pub light: LightId,
     /// The probability of the selection among its family.
     pub pmf: f32,
+}
+
+/// A point for which [`Lights::choose_all`] selects a light.
+#[derive(Clone, Copy, Debug)]
+pub struct LightChoice {
+    pub at: LightSampleContext,
+    /// Uniform in `[0, 1)`.
+    u: f32,
+    /// The light; `None` if none can contribute.
+    pub chosen: Option<SampledLight>,
+}
+
+impl LightChoice {
+    /// A point at the origin.
+    pub const EMPTY: Self = Self {
+        at: LightSampleContext {
+            p: Vec3::ZERO,
+            n: Vec3::ZERO,
+        },
+        u: 0.0,
+        chosen: None,
+    };
+
+    /// The point `at`, with a uniform number in `[0, 1)`.
+    #[inline(always)]
+    pub fn new(at: LightSampleContext, u: f32) -> Self {
+        Self { at, u, chosen: None }
+    }
 }
 
 /// The source of a light.
@@ -228,34 +260,75 @@ impl Lights {
         at: &LightSampleContext,
         u: f32,
     ) -> Option<SampledLight> {
+        let mut point = LightChoice::new(*at, u);
+        self.choose_all(on, family, std::slice::from_mut(&mut point));
+        point.chosen
+    }
+
+    /// Does the same for each of up to [`LANES`] points.
+    pub fn choose_all(&self, on: impl Dispatch, family: LightFamily, points: &mut [LightChoice]) {
         match family {
-            LightFamily::Finite => match self.only_finite {
-                Some(light) => Some(SampledLight { light, pmf: 1.0 }),
-                None => self.choose_finite(on, at, extend_precision(u, at.p)),
-            },
-            LightFamily::Suns => {
-                let reaching = self.reaching(at);
-                let count = reaching.clone().count();
-                let which = ((u * count as f32) as usize).min(count.checked_sub(1)?);
-                let pmf = 1.0 / count as f32;
-                reaching.into_iter().nth(which).map(|light| SampledLight { light, pmf })
+            LightFamily::Finite if self.only_finite.is_none() => self.choose_finite(on, points),
+            LightFamily::Finite | LightFamily::Background => {
+                let only = match family {
+                    LightFamily::Background => self.background,
+                    _ => self.only_finite,
+                };
+                for point in points {
+                    point.chosen = only.map(|light| SampledLight { light, pmf: 1.0 });
+                }
             }
-            LightFamily::Background => self.background.map(|light| SampledLight { light, pmf: 1.0 }),
+            LightFamily::Suns => {
+                for point in points {
+                    point.chosen = self.choose_sun(point);
+                }
+            }
         }
     }
 
-    fn choose_finite(&self, on: impl Dispatch, at: &LightSampleContext, u: f64) -> Option<SampledLight> {
-        let pmf_points = self.pmf_points(at)?;
-        let (light, pmf) = if u < pmf_points {
-            let (light, pmf) = self.point_tree.choose(on, at.p, at.n, u / pmf_points)?;
-            (self.points[light as usize], pmf_points * pmf)
-        } else {
+    fn choose_sun(&self, point: &LightChoice) -> Option<SampledLight> {
+        let reaching = self.reaching(&point.at);
+        let count = reaching.clone().count();
+        let which = ((point.u * count as f32) as usize).min(count.checked_sub(1)?);
+        let pmf = 1.0 / count as f32;
+        reaching.into_iter().nth(which).map(|light| SampledLight { light, pmf })
+    }
+
+    fn choose_finite(&self, on: impl Dispatch, points: &mut [LightChoice]) {
+        let mut choices = [TreeChoice::new(Vec3::ZERO, Vec3::ZERO, 0.0); LANES];
+        // The lanes of each tree, and the probability of the tree.
+        let (mut of_points, mut of_surfaces, mut pmf) = (0, 0, [0.0; LANES]);
+        for (lane, point) in points.iter_mut().enumerate().take(LANES) {
+            point.chosen = None;
+            let at = &point.at;
+            let Some(pmf_points) = self.pmf_points(at) else {
+                continue;
+            };
+            let u = extend_precision(point.u, at.p);
             let rest = 1.0 - pmf_points;
-            let u = ((u - pmf_points) / rest).min(1.0 - f64::EPSILON);
-            let (light, pmf) = self.emitter_tree.choose(on, at.p, at.n, u)?;
-            (self.of_emitter(EmitterId(light)), rest * pmf)
-        };
-        Some(SampledLight { light, pmf: pmf as f32 })
+            let u = if u < pmf_points {
+                of_points |= 1 << lane;
+                pmf[lane] = pmf_points;
+                u / pmf_points
+            } else {
+                of_surfaces |= 1 << lane;
+                pmf[lane] = rest;
+                ((u - pmf_points) / rest).min(1.0 - f64::EPSILON)
+            };
+            choices[lane] = TreeChoice::new(at.p, at.n, u);
+        }
+        self.point_tree.choose_all(on, &mut choices, of_points);
+        self.emitter_tree.choose_all(on, &mut choices, of_surfaces);
+        for (lane, (point, choice)) in points.iter_mut().zip(choices).enumerate() {
+            point.chosen = choice.chosen.map(|(light, pmf_in_tree)| SampledLight {
+                light: if of_points >> lane & 1 == 1 {
+                    self.points[light as usize]
+                } else {
+                    self.of_emitter(EmitterId(light))
+                },
+                pmf: (pmf[lane] * pmf_in_tree) as f32,
+            });
+        }
     }
 
     /// Selects an emitter for the point `at`, by a uniform number in `[0, 1)`; `None` if none can contribute.

@@ -55,7 +55,7 @@ pub use interaction::SurfaceInteraction;
 pub use light_component::Component;
 pub use light_groups::{LightGroup, LightGroups};
 pub use light_samples::{FamilyBlock, LightNumbers, LightSamples};
-pub use lights::{LightFamily, LightSampleContext, LightSource, Lights, SampledLight};
+pub use lights::{LightChoice, LightFamily, LightSampleContext, LightSource, Lights, SampledLight};
 pub use mattes::{Matte, MatteKind, MatteTable, Mattes, Part};
 pub use media::{Media, MediumStack};
 pub(crate) use mesh_transform::MeshTransform;

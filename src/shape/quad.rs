@@ -471,7 +471,10 @@ mod tests {
                 let hit = quad.intersect(&ray).unwrap();
                 let (u, v, _) = quad.place(&ray, &hit);
                 let (expected_u, expected_v) = quad.inverse_bilinear(point_of(&ray, &hit));
-                assert!((u - expected_u).abs() < 1e-9 && (v - expected_v).abs() < 1e-9, "{off} {i}: {u} {v}");
+                assert!(
+                    (u - expected_u).abs() < 1e-9 && (v - expected_v).abs() < 1e-9,
+                    "{off} {i}: {u} {v}"
+                );
             }
         }
     }
