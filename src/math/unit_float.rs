@@ -7,7 +7,7 @@ const OFFSET: f32 = f32::from_bits(96 << 23);
 const DROPPED: u32 = 12;
 
 /// A number from 0 to 1. The relative error is at most 2^-12 above 1e-6. 0 and 1 are exact.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, PartialOrd, Ord)]
 pub struct UnitFloat(u16);
 
 impl UnitFloat {

@@ -15,16 +15,26 @@ use crate::{
     texture::TexturePoint,
 };
 
+/// The bounds of all emitters.
+pub struct EmitterBounds {
+    /// In the order of the emitters.
+    pub all: Vec<LightBounds>,
+    /// The number of emitters that give no light because they have no area.
+    pub without_area: usize,
+}
+
 impl Emitters {
-    /// Returns the bounds of all emitters, in order.
-    pub fn bounds(&self, scene: &SceneGeometry, shading: &SceneShading) -> Vec<LightBounds> {
+    pub fn bounds(&self, scene: &SceneGeometry, shading: &SceneShading) -> EmitterBounds {
         let geometry = scene.accel.geometry();
         let of_shape = |&i: &u32| shading.shape_bounds(geometry, i, shading.material(scene.shape_material(i)));
         let mut all: Vec<LightBounds> = self.shapes.iter().map(of_shape).collect();
+        let mut without_area = all.iter().filter(|b| b.power <= 0.0).count();
         for run in &self.mesh_emitters {
-            shading.mesh_bounds(geometry, &scene.meshes[run.mesh as usize], &mut all);
+            let mesh = &scene.meshes[run.mesh as usize];
+            shading.mesh_bounds(geometry, mesh, &mut all);
+            without_area += areas(geometry, mesh).filter(|area| *area <= 0.0).count();
         }
-        all
+        EmitterBounds { all, without_area }
     }
 }
 
@@ -99,23 +109,28 @@ impl SceneShading {
         }
         // A texture that is dark at the sampled points may be bright between them.
         let of_mesh = &mut all[first..];
-        let areas = || {
-            mesh.triangles
-                .clone()
-                .map(|i| triangle::area(geometry.corners(i as usize)))
-        };
         let (power, area) = (
             of_mesh.iter().map(|b| f64::from(b.power)).sum::<f64>(),
-            areas().sum::<f64>(),
+            areas(geometry, mesh).sum::<f64>(),
         );
         let mean = if power > 0.0 {
             (power / area) as f32
         } else {
             emission.scale * MIN_RELATIVE_RADIANCE
         };
-        for (bounds, area) in of_mesh.iter_mut().zip(areas()) {
-            bounds.power += MESH_MEAN_WEIGHT * mean * area as f32;
-        }
+        of_mesh
+            .par_iter_mut()
+            .zip(mesh.triangles.clone())
+            .for_each(|(bounds, i)| {
+                let points = triangle_points(geometry, mesh, i, [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
+                let most = self.textures().max_within(&emission.radiance, &points) * emission.scale;
+                if most <= mean * DIM_RADIANCE {
+                    bounds.power = 0.0;
+                } else {
+                    let area = triangle::area(geometry.corners(i as usize)) as f32;
+                    bounds.power += MESH_MEAN_WEIGHT * mean.min(most) * area;
+                }
+            });
     }
 
     /// The mean radiance of a triangle over a few points, in W m^-2 sr^-1.
@@ -124,15 +139,30 @@ impl SceneShading {
         if is_constant_emission(emission) {
             return emission.radiance(&self.textures(), &uniform_point(), 1.0).mean();
         }
-        let corners = geometry.corners(index as usize);
-        let vertices = geometry.triangles[index as usize];
-        let uvs = corner_uvs(mesh, vertices);
-        let radiance = |[u, v]: [f32; 2]| {
-            let at = texture_point(mesh, vertices, corners, &triangle::surface(corners, uvs, u, v));
-            emission.radiance(&self.textures(), &at, 1.0)
-        };
-        POINTS.iter().fold(Rgb::BLACK, |sum, p| sum + radiance(*p)).mean() / POINTS.len() as f32
+        let points = triangle_points(geometry, mesh, index, POINTS);
+        let radiance = |at| emission.radiance(&self.textures(), at, 1.0);
+        points.iter().fold(Rgb::BLACK, |sum, at| sum + radiance(at)).mean() / POINTS.len() as f32
     }
+}
+
+/// Returns the texture points at barycentric coordinates u and v of a triangle.
+fn triangle_points<const N: usize>(
+    geometry: &Geometry,
+    mesh: &MeshRecord,
+    index: u32,
+    points: [[f32; 2]; N],
+) -> [TexturePoint; N] {
+    let corners = geometry.corners(index as usize);
+    let vertices = geometry.triangles[index as usize];
+    let uvs = corner_uvs(mesh, vertices);
+    points.map(|[u, v]| texture_point(mesh, vertices, corners, &triangle::surface(corners, uvs, u, v)))
+}
+
+/// Returns the areas of a mesh's triangles, in m^2.
+fn areas<'a>(geometry: &'a Geometry, mesh: &MeshRecord) -> impl Iterator<Item = f64> + 'a {
+    mesh.triangles
+        .clone()
+        .map(|i| triangle::area(geometry.corners(i as usize)))
 }
 
 /// The radiance, relative to the texture's scale, that a texture is assumed to have if all sampled points are black: the
@@ -140,6 +170,10 @@ impl SceneShading {
 const MIN_RELATIVE_RADIANCE: f32 = 1e-3;
 /// The weight of the mesh's mean in the estimate of a triangle.
 const MESH_MEAN_WEIGHT: f32 = 0.05;
+
+/// The radiance, relative to the mesh's mean, up to which a triangle is no light. Paths that hit it still find its light,
+/// so this is unbiased.
+const DIM_RADIANCE: f32 = 1e-3;
 
 fn sidedness(emission: Option<Emission>) -> Sidedness {
     emission.map_or(Sidedness::Front, |e| e.sidedness)

@@ -149,8 +149,8 @@ impl Lights {
             suns,
             points,
             point_tree: LightTree::build(point_bounds.into_iter()),
-            dark_emitters: bounds.iter().filter(|b| b.power <= 0.0).count(),
-            emitter_tree: LightTree::build(bounds.into_iter()),
+            dark_emitters: bounds.without_area,
+            emitter_tree: LightTree::build(bounds.all.into_iter()),
             only_finite,
         }
     }

@@ -106,6 +106,29 @@ impl Bitmap {
         }
     }
 
+    /// The largest linear number of a row's texels from `x` to before `end`, alpha apart. Compares codes, of which it decodes one.
+    pub fn max_of_row(&self, y: u32, [x, end]: [u32; 2]) -> f32 {
+        fn most<T: Copy + PartialOrd + Default>(texels: &[T], channels: usize) -> T {
+            let max = |a: T, b: &T| if *b > a { *b } else { a };
+            match channels {
+                4 => {
+                    let colors = texels.chunks_exact(4).flat_map(|texel| &texel[..3]);
+                    colors.fold(T::default(), max)
+                }
+                _ => texels.iter().fold(T::default(), max),
+            }
+        }
+        let (run, n) = (self.index(x, y)..self.index(end, y), self.channels);
+        match &self.storage {
+            Storage::Srgb8(v) => srgb::decode8(most(&v[run], n)),
+            Storage::Linear8(v) => FRACTIONS[usize::from(most(&v[run], n))],
+            Storage::Srgb16(v) => srgb::decoded16()[usize::from(most(&v[run], n))],
+            Storage::Linear16(v) => f32::from(most(&v[run], n)) / 65535.0,
+            Storage::Unit(v) => most(&v[run], n).get(),
+            Storage::Float(v) => most(&v[run], n),
+        }
+    }
+
     /// The linear colour of column `i` from the left and row `j` from the bottom, as textures
     /// count.
     #[inline]

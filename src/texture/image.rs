@@ -304,9 +304,38 @@ impl Footprint {
     }
 }
 
+/// The largest number of texels that are read for a bound.
+const MAX_BOUNDED_TEXELS: f32 = 65_536.0;
+
 impl PatternKind for ImagePattern {
     fn max_value(&self, bitmaps: &[Bitmap]) -> Rgb {
         bitmaps[self.bitmap.0 as usize].max_value()
+    }
+
+    fn max_within(&self, bitmaps: &[Bitmap], corners: [Vec2; 2]) -> Rgb {
+        let bitmap = &bitmaps[self.bitmap.0 as usize];
+        let size = Vec2::new(bitmap.width as f32, bitmap.height as f32);
+        let [low, high] = corners.map(|st| (st * size - 0.5).floor());
+        let texels = high - low + 2.0;
+        let count = texels.x * texels.y;
+        if count.is_nan() || count > MAX_BOUNDED_TEXELS {
+            return bitmap.max_value();
+        }
+        let run = |axis: usize, n: u32| {
+            let first = low[axis] as i64;
+            let all = first..first + texels[axis] as i64;
+            let all = all.filter_map(|i| self.wrap[axis].texel(i, i64::from(n)));
+            Some([all.clone().min()?, all.max()? + 1])
+        };
+        let (Some(columns), Some(rows)) = (run(0, bitmap.width), run(1, bitmap.height)) else {
+            return Rgb::BLACK;
+        };
+        let [across, up] = [columns, rows].map(|[first, end]| end - first);
+        if across as f32 * up as f32 > MAX_BOUNDED_TEXELS {
+            return bitmap.max_value();
+        }
+        let rows = (rows[0]..rows[1]).map(|j| bitmap.max_of_row(bitmap.height - 1 - j, columns));
+        Rgb::gray(rows.fold(0.0, f32::max))
     }
 
     fn alpha(&self, bitmaps: &[Bitmap], st: Vec2) -> f32 {

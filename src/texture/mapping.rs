@@ -172,6 +172,11 @@ impl Mapping {
         }
     }
 
+    /// Whether the coordinates are affine over a triangle.
+    pub(super) fn is_affine(&self) -> bool {
+        matches!(self, Self::Uv | Self::SecondUv | Self::Planar { .. })
+    }
+
     /// Whether the tangents of a surface follow its coordinates.
     pub(super) fn has_tangents(&self) -> bool {
         matches!(self, Self::Uv | Self::SecondUv)

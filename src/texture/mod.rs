@@ -44,6 +44,11 @@ pub trait PatternKind {
     /// The largest value of each channel.
     fn max_value(&self, bitmaps: &[Bitmap]) -> Rgb;
 
+    /// A bound on the largest value of each channel between two corners of a rectangle of `st`.
+    fn max_within(&self, bitmaps: &[Bitmap], _corners: [Vec2; 2]) -> Rgb {
+        self.max_value(bitmaps)
+    }
+
     /// The opacity at `st`, from 0 to 1.
     fn alpha(&self, _bitmaps: &[Bitmap], _st: Vec2) -> f32 {
         1.0
@@ -98,6 +103,8 @@ kinds! {
     fn eval(&self, bitmaps: &[Bitmap], st: Vec2) -> Rgb;
     /// See [`PatternKind::max_value`].
     fn max_value(&self, bitmaps: &[Bitmap]) -> Rgb;
+    /// See [`PatternKind::max_within`].
+    fn max_within(&self, bitmaps: &[Bitmap], corners: [Vec2; 2]) -> Rgb;
     /// See [`PatternKind::alpha`].
     fn alpha(&self, bitmaps: &[Bitmap], st: Vec2) -> f32;
     /// See [`PatternKind::all`].
@@ -129,6 +136,17 @@ impl Texture {
     pub fn near(self) -> Self {
         let transform = self.transform.near(self.pattern.periods());
         Self { transform, ..self }
+    }
+
+    /// A bound on the colour over a triangle with these corners.
+    fn max_within(&self, bitmaps: &[Bitmap], corners: &[TexturePoint; 3]) -> Rgb {
+        let max_value = if self.mapping.is_affine() {
+            let [a, b, c] = corners.each_ref().map(|at| self.st(at));
+            self.pattern.max_within(bitmaps, [a.min(b).min(c), a.max(b).max(c)])
+        } else {
+            self.pattern.max_value(bitmaps)
+        };
+        self.colors.convert(max_value)
     }
 
     /// Where the pattern is evaluated.
@@ -346,6 +364,17 @@ impl Textures<'_> {
             let texture = &self.textures[id.0 as usize];
             texture.colors.convert(texture.pattern.max_value(self.bitmaps))
         };
+        let max_value = match color {
+            Color::Constant(c) => *c,
+            Color::Texture(id) => of(id),
+            Color::Tinted(id, tint) => of(id) * *tint,
+        };
+        max_value.max_component()
+    }
+
+    /// A bound on the largest channel of a colour over a triangle with these corners, as it is without a footprint.
+    pub fn max_within(&self, color: &Color, corners: &[TexturePoint; 3]) -> f32 {
+        let of = |id: &TextureId| self.textures[id.0 as usize].max_within(self.bitmaps, corners);
         let max_value = match color {
             Color::Constant(c) => *c,
             Color::Texture(id) => of(id),

@@ -14,7 +14,11 @@ use crate::{
     },
     scene::{Background, LightId, Scene, SceneBuilder},
     shape::{ShapeDesc, mesh::Mesh},
-    texture::{Color, Mapping, Pattern, StTransform, Texture, checker::Checker},
+    texture::{
+        Bitmap, Color, Mapping, Pattern, StTransform, Texture,
+        checker::Checker,
+        image::{ImagePattern, TextureFilter, Wrap},
+    },
 };
 
 mod batches;
@@ -302,6 +306,48 @@ fn textured_emitters_shine_with_the_texture_at_the_sampled_point() {
         for other in [cosine, both] {
             assert!(light.z(&other) < 4.5, "{shape}: {light:?} {other:?}");
         }
+    }
+}
+
+#[test]
+fn triangles_over_black_texels_are_no_lights() {
+    let mut builder = dark();
+    // Light on the right third alone.
+    let numbers = [0.0, 0.0, 0.0, 0.0, 0.0, 3.0];
+    let bitmap = builder.bitmap(Bitmap::from_floats([6, 1], 1, numbers.into()));
+    let texture = builder.texture(Texture {
+        mapping: Mapping::Uv,
+        transform: StTransform::IDENTITY,
+        pattern: Pattern::Image(ImagePattern {
+            bitmap,
+            filter: TextureFilter::Linear,
+            wrap: [Wrap::Clamp; 2],
+        }),
+        colors: ColorConversion::default(),
+    });
+    let material = builder.material(shining(Color::Texture(texture), Sidedness::Both));
+    let column = |x: f32| [Vec3::new(x - 0.5, 1.5, -0.5), Vec3::new(x - 0.5, 1.5, 0.5)];
+    let mesh = Mesh {
+        positions: [0.0, 0.5, 1.0].map(column).concat(),
+        uvs: [0.0, 0.5, 1.0].map(|u| [Vec2::new(u, 0.0), Vec2::new(u, 1.0)]).concat(),
+        triangles: vec![[0, 1, 2], [1, 3, 2], [2, 3, 4], [3, 5, 4]],
+        ..Mesh::default()
+    };
+    builder.mesh("mesh", mesh, material).expect("valid");
+    let scene = builder.build(AccelKind::Linear).expect("a scene");
+    let mut chosen = [0; 4];
+    for i in 0..1000 {
+        let u = (i as f32 + 0.5) / 1000.0;
+        let choice = scene.lights.choose(Plain, LightFamily::Finite, &floor(0.0), u);
+        chosen[choice.expect("two are lights").light.0 as usize] += 1;
+    }
+    assert!(
+        chosen[0] == 0 && chosen[1] == 0 && chosen[2] > 0 && chosen[3] > 0,
+        "{chosen:?}"
+    );
+    let [light, cosine, both] = irradiances(&scene, &floor(0.3), 20_000);
+    for other in [cosine, both] {
+        assert!(light.z(&other) < 4.5, "{light:?} {other:?}");
     }
 }
 

@@ -225,3 +225,33 @@ fn what_is_not_finite_is_black() {
         assert!(far.is_finite());
     }
 }
+
+#[test]
+fn no_value_within_a_rectangle_is_above_its_bound() {
+    let bitmaps = random(7, 5);
+    for (k, wrap) in [Wrap::Repeat, Wrap::Clamp, Wrap::Mirror, Wrap::Black]
+        .into_iter()
+        .enumerate()
+    {
+        for filter in [TextureFilter::Nearest, TextureFilter::Linear] {
+            let p = pattern(filter, wrap);
+            for i in 0..200 {
+                let [x, y, w, h] = hash::pcg4d([i, k as u32, 5, 9]).map(hash::unit_f32);
+                let low = Vec2::new(x, y) * 4.0 - 2.0;
+                let size = Vec2::new(w, h) * 0.4;
+                let bound = p.max_within(&bitmaps, [low, low + size]);
+                for j in 0..20 {
+                    let [u, v, ..] = hash::pcg4d([i, j, 3, 1]).map(hash::unit_f32);
+                    let value = p.eval(&bitmaps, low + size * Vec2::new(u, v));
+                    assert!(
+                        (value - bound).max_component() < 1e-6,
+                        "{wrap:?} {filter:?} {value:?} {bound:?}"
+                    );
+                }
+            }
+        }
+    }
+    let p = pattern(TextureFilter::Linear, Wrap::Clamp);
+    let of_one_texel = p.max_within(&quarter(), [Vec2::splat(0.01), Vec2::splat(0.02)]);
+    assert_eq!(of_one_texel, Rgb::gray(2.0));
+}
