@@ -13,7 +13,6 @@ pub fn small_picture(image: &FrameImage<'_>, columns: u32) -> image::RgbImage {
         metadata.exposure,
         metadata.working_space,
     );
-    let channels = plane.spec.width();
     let w = columns.min(width);
     let h = (w * height).div_ceil(width.max(1)).clamp(1, 4 * columns);
     image::RgbImage::from_fn(w, h, |x, y| {
@@ -26,7 +25,7 @@ pub fn small_picture(image: &FrameImage<'_>, columns: u32) -> image::RgbImage {
                 ((at * f64::from(from)) as u32).min(from - 1) as usize
             };
             let (column, row) = (along(x, place % SIDE, w, width), along(y, place / SIDE, h, height));
-            let pixel = &plane.values[(row * width as usize + column) * channels..][..channels];
+            let pixel = plane.pixel(row * width as usize + column);
             for (sum, value) in sum.iter_mut().zip(pixel) {
                 *sum += value / (SIDE * SIDE) as f32;
             }

@@ -37,6 +37,14 @@ impl PlaneSpec {
         }
     }
 
+    /// The number of values that a plane holds side by side for a pixel: all, but of passes of mattes those of a layer.
+    pub fn step(&self) -> usize {
+        match self.pass.source {
+            PassSource::Matte(_) => self.pass.channels.len(),
+            _ => self.width(),
+        }
+    }
+
     /// The names of its channels in EXR files, in the order of its values.
     pub fn channel_names(&self) -> Vec<String> {
         let channels = self.pass.channels.iter();

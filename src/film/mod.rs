@@ -19,6 +19,8 @@ pub use passes::{PassSpec, PixelType};
 pub use request::PassRequest;
 pub use window::Window;
 
+use bytemuck::cast_slice;
+
 /// The passes of one frame.
 #[derive(Clone, Debug)]
 pub struct Film {
@@ -35,8 +37,17 @@ pub struct Film {
 #[derive(Clone, Debug)]
 pub struct Plane {
     pub spec: PlaneSpec,
-    /// [`PlaneSpec::width`] values for each pixel of the film's window, row by row from the top.
+    /// For each pixel of the film's window, row by row from the top, [`PlaneSpec::step`] values; of passes of mattes first the first
+    /// layer of all pixels, then the second and so on.
     pub values: Vec<f32>,
+}
+
+impl Plane {
+    /// The values of a pixel, of passes of mattes those of the first layer.
+    pub fn pixel(&self, index: usize) -> &[f32] {
+        let step = self.spec.step();
+        &self.values[index * step..][..step]
+    }
 }
 
 impl Film {
@@ -56,7 +67,7 @@ impl Film {
 
     /// R, G, B, A of each pixel of the window, row by row from the top, premultiplied, scene-linear.
     pub fn beauty(&self) -> &[[f32; 4]] {
-        bytemuck::cast_slice(&self.planes[0].values)
+        cast_slice(&self.planes[0].values)
     }
 
     /// All planes, the beauty first.
@@ -74,19 +85,26 @@ impl Film {
         &mut self.planes[plane].values
     }
 
-    /// Copies the pixels of `tile`, row by row from the top, to a plane; those outside of the film's window are left out.
+    /// Copies the pixels of `tile`, row by row from the top, to a plane; those outside of the film's window are left out. Values that
+    /// are there already are not written: the system gives a page of zeros memory at the first write to it, so layers of mattes
+    /// that few pixels have, and passes that a scene does not use, take none.
     fn put<P: AsRef<[f32]>>(&mut self, plane: usize, tile: Window, mut pixels: impl Iterator<Item = P>) {
         let Plane { spec, values } = &mut self.planes[plane];
-        let width = spec.width();
+        let (step, layers) = (spec.step(), spec.width() / spec.step());
+        let layer = values.len() / layers;
         let inner = tile.intersection(self.window);
         for y in tile.y0..tile.y1 {
             let mut pixels = pixels.by_ref().take(tile.width() as usize);
             if (inner.y0..inner.y1).contains(&y) {
-                let row = &mut values[self.window.index(inner.x0, y) * width..];
-                let row = row.chunks_exact_mut(width).take(inner.width() as usize);
+                let first = self.window.index(inner.x0, y);
                 let own_pixels = pixels.by_ref().skip(inner.x0.abs_diff(tile.x0) as usize);
-                for (own, pixel) in row.zip(own_pixels) {
-                    own.copy_from_slice(pixel.as_ref());
+                for (i, pixel) in (first..first + inner.width() as usize).zip(own_pixels) {
+                    for (k, part) in pixel.as_ref().chunks_exact(step).enumerate() {
+                        let own = &mut values[k * layer + i * step..][..step];
+                        if cast_slice::<f32, u32>(own) != cast_slice::<f32, u32>(part) {
+                            own.copy_from_slice(part);
+                        }
+                    }
                 }
             }
             pixels.for_each(drop);
@@ -113,6 +131,22 @@ mod tests {
         assert_eq!(reds, [10.0, 11.0, 0.0, 0.0, 14.0, 15.0, 1.0, 2.0]);
         film.put(0, Window::new(14, 20, 18, 22), (0..8).map(|_| [9.0; 4]));
         assert!(film.beauty().iter().all(|p| p[0] != 9.0));
+    }
+
+    #[test]
+    fn mattes_of_a_pixel_lie_in_layers_and_every_bit_is_kept() {
+        let passes = PassRequest::parse_list(["CryptoObject", "N"]).unwrap();
+        let layout = FilmLayout::new(passes::BEAUTY, &passes, &[]).unwrap().with_ranks(4);
+        let mut film = Film::new([2, 1], Window::full([2, 1]), &layout);
+        let pixels = [0.0, 8.0].map(|first: f32| std::array::from_fn::<f32, 8, _>(|i| first + i as f32));
+        film.put(1, Window::full([2, 1]), pixels.into_iter());
+        let values = &film.planes()[1].values;
+        assert_eq!(values[..8], [0.0, 1.0, 2.0, 3.0, 8.0, 9.0, 10.0, 11.0]);
+        assert_eq!(values[8..], [4.0, 5.0, 6.0, 7.0, 12.0, 13.0, 14.0, 15.0]);
+        assert_eq!(film.planes()[1].pixel(1), [8.0, 9.0, 10.0, 11.0]);
+        // A negative zero is equal to the background, and another number.
+        film.put(2, Window::full([2, 1]), [[-0.0; 3], [1.0; 3]].into_iter());
+        assert!(film.planes()[2].values[0].is_sign_negative());
     }
 
     #[test]

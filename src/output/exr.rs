@@ -167,8 +167,9 @@ fn check_layers(frame: &FrameImage, layers: &[Layer], encoding: Encoding) -> Res
 
 /// One channel of a plane.
 fn samples(pixel: PixelType, plane: &film::Plane, channel: usize) -> Samples<'_> {
-    let (first, step) = (channel, plane.spec.width());
-    let values = plane.values.as_slice();
+    let (values, step) = (plane.values.as_slice(), plane.spec.step());
+    let layer = values.len() / (plane.spec.width() / step);
+    let first = channel / step * layer + channel % step;
     match pixel {
         PixelType::Half => Samples::Half(ChannelData { values, first, step }),
         PixelType::Float => Samples::Float(ChannelData { values, first, step }),

@@ -170,8 +170,7 @@ fn encoded<T: Copy + Send>(
 
 /// The first three channels of a pixel; missing channels are 0.
 fn channels(plane: &Plane, pixel: usize) -> [f32; 3] {
-    let width = plane.spec.width();
-    let values = &plane.values[pixel * width..][..width.min(3)];
+    let values = plane.pixel(pixel);
     std::array::from_fn(|i| values.get(i).copied().unwrap_or(0.0))
 }
 

@@ -126,11 +126,10 @@ impl Canvas {
 
     fn show(&self, film: &Film, window: Window, rgb: &mut [u8]) {
         let plane = &film.planes()[self.plane];
-        let width = plane.spec.width();
         for y in window.y0..window.y1 {
             let start = film.window.index(window.x0, y);
             for i in start..start + window.width() as usize {
-                let values = &plane.values[i * width..][..width.min(3)];
+                let values = plane.pixel(i);
                 let channels: [f32; 3] = std::array::from_fn(|c| values.get(c).copied().unwrap_or(0.0));
                 let pixel = match self.coverage {
                     Coverage::Full => self.display.rgb8(channels),

@@ -4,7 +4,7 @@ use crate::common::Folder;
 use batch_render::{
     batch::{Job, Request},
     describe::Overrides,
-    film::Film,
+    film::{Film, FilmLayout, PassRequest, passes::BEAUTY},
     math::Vec3,
 };
 
@@ -342,4 +342,35 @@ fn numbers_of_objects_materials_and_instances_begin_at_one() {
     let middle = 16 * 8 + 8;
     let numbers = ["objectId", "materialId", "instanceId"].map(|pass| [number(pass, middle), number(pass, 0)]);
     assert_eq!(numbers, [[1, 2], [1, 2], [0, 0]]);
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn all_passes_of_a_scene_take_less_memory_than_their_numbers() {
+    let folder = Folder::new();
+    folder.write("s.toml", crate::common::SMALL_SCENE);
+    let peak = |more: &[&str]| {
+        let job = [
+            "s.toml",
+            "--resolution",
+            "480x270",
+            "--samples",
+            "1",
+            "-t",
+            "2",
+            "-q",
+            "-o",
+            "f.exr",
+            "--stats",
+            "f.json",
+        ];
+        folder.succeed(&[&job[..], more].concat());
+        let stats: serde_json::Value = serde_json::from_slice(&folder.read("f.json")).expect("JSON");
+        stats["frames"][0]["peak_memory_bytes"].as_f64().expect("a number")
+    };
+    let passes = PassRequest::parse_list(["all"]).expect("a list");
+    let film = FilmLayout::new(BEAUTY, &passes, &[String::new()]).expect("a layout");
+    let numbers = (480 * 270 * film.bytes_per_pixel()) as f64;
+    let growth = peak(&["--aovs", "all"]) - peak(&[]);
+    assert!(growth < 0.8 * numbers, "{growth} of {numbers}");
 }
