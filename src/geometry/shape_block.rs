@@ -16,32 +16,41 @@ use crate::{
 #[derive(Clone, Debug)]
 pub(crate) struct ShapeBlock<'a> {
     local: RayBlock<'a>,
-    /// The rays in world space.
-    rays: [Ray; LANES],
-    inv: [Vec3; LANES],
-    /// The bounds to which hits are clipped.
-    bounds: [Aabb; LANES],
+    /// The rays in world space, and [`Slabs::inv`] of each.
+    o: [Each; 3],
+    inv: [Each; 3],
+    tmin: Each,
+    tmax: Each,
+    /// The corners of the bounds to which hits are clipped.
+    min: [Each; 3],
+    max: [Each; 3],
 }
 
 impl<'a> ShapeBlock<'a> {
     pub const EMPTY: Self = Self {
         local: RayBlock::EMPTY,
-        rays: [Ray::NONE; LANES],
-        inv: [Vec3::ZERO; LANES],
-        bounds: [Aabb::UNBOUNDED; LANES],
+        o: [[0.0; LANES]; 3],
+        inv: [[0.0; LANES]; 3],
+        tmin: [0.0; LANES],
+        tmax: [0.0; LANES],
+        min: [[0.0; LANES]; 3],
+        max: [[0.0; LANES]; 3],
     };
 
     /// Sets the ray and the shape of a lane; `inv` is [`Slabs::inv`] of the ray.
     #[inline(always)]
     pub fn set(&mut self, lane: usize, geometry: &'a Geometry, placed: &'a PlacedShape, ray: &Ray, inv: Vec3) {
         let lane = lane % LANES;
-        self.local.rays[lane] = match geometry.transform(placed) {
-            None => *ray,
-            Some(t) => t.ray_to_local(ray),
-        };
-        self.local.shapes[lane] = &placed.numbers;
-        (self.rays[lane], self.inv[lane]) = (*ray, inv);
-        self.bounds[lane] = *placed.clip_bounds();
+        match geometry.transform(placed) {
+            None => self.local.set(lane, ray, &placed.numbers),
+            Some(t) => self.local.set(lane, &t.ray_to_local(ray), &placed.numbers),
+        }
+        set(&mut self.o, lane, ray.o);
+        set(&mut self.inv, lane, inv);
+        (self.tmin[lane], self.tmax[lane]) = (ray.tmin, ray.tmax);
+        let bounds = placed.clip_bounds();
+        set(&mut self.min, lane, bounds.min);
+        set(&mut self.max, lane, bounds.max);
     }
 
     /// Tests all lanes; their shapes are of the kind of `shape`.
@@ -73,27 +82,17 @@ impl VectorLoop for Clips<'_, '_> {
     #[inline(always)]
     fn run(self) {
         let block = self.0;
-        let (mut o, mut inv): ([Each; 3], [Each; 3]) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
-        let (mut min, mut max): ([Each; 3], [Each; 3]) = ([[0.0; LANES]; 3], [[0.0; LANES]; 3]);
-        let (mut tmin, mut tmax) = ([0.0; LANES], [0.0; LANES]);
-        for i in 0..LANES {
-            set(&mut o, i, block.rays[i].o);
-            set(&mut inv, i, block.inv[i]);
-            set(&mut min, i, block.bounds[i].min);
-            set(&mut max, i, block.bounds[i].max);
-            (tmin[i], tmax[i]) = (block.rays[i].tmin, block.rays[i].tmax);
-        }
         for i in 0..LANES {
             let slabs = Slabs {
-                o: get(&o, i),
-                inv: get(&inv, i),
+                o: get(&block.o, i),
+                inv: get(&block.inv, i),
             };
             let own = Aabb {
-                min: get(&min, i),
-                max: get(&max, i),
+                min: get(&block.min, i),
+                max: get(&block.max, i),
             };
             let (t, meets) = slabs.clamp(block.local.t[i], &own);
-            let meets = meets & (t > tmin[i]) & (t <= tmax[i]);
+            let meets = meets & (t > block.tmin[i]) & (t <= block.tmax[i]);
             let answer = block.local.answer[i];
             block.local.t[i] = t;
             block.local.answer[i] = if meets | (answer == Attempt::UNKNOWN) {

@@ -4,8 +4,8 @@ use std::marker::PhantomData;
 
 use super::ShapeHit;
 use crate::math::{
-    DVec3, Dispatch, Ray, Vec3, VectorLoop,
-    block::{Each, LANES},
+    DVec3, Dispatch, Ray, VectorLoop,
+    block::{Each, LANES, get, set},
 };
 
 /// The largest number of numbers by which a shape is tested.
@@ -105,40 +105,39 @@ pub(super) fn numbers<const N: usize>(shape: &impl BlockKind<N>) -> Numbers {
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub struct RayBlock<'a> {
-    pub rays: [Ray; LANES],
-    pub shapes: [&'a Numbers; LANES],
+    o: [Each; 3],
+    d: [Each; 3],
+    tmin: Each,
+    shapes: [&'a Numbers; LANES],
+    numbers: [Each<f64>; MAX_NUMBERS],
     pub t: Each,
     pub u: Each,
     pub v: Each,
     pub answer: Each<u32>,
-    columns: Columns,
 }
 
-/// The rays and the numbers of the shapes as arrays.
-#[derive(Clone, Debug)]
-#[repr(C, align(64))]
-struct Columns {
-    o: [Each; 3],
-    d: [Each; 3],
-    tmin: Each,
-    numbers: [Each<f64>; MAX_NUMBERS],
-}
-
-impl RayBlock<'_> {
+impl<'a> RayBlock<'a> {
     pub const EMPTY: Self = Self {
-        rays: [Ray::NONE; LANES],
+        o: [[0.0; LANES]; 3],
+        d: [[0.0; LANES]; 3],
+        tmin: [0.0; LANES],
         shapes: [&[0.0; MAX_NUMBERS]; LANES],
+        numbers: [[0.0; LANES]; MAX_NUMBERS],
         t: [0.0; LANES],
         u: [0.0; LANES],
         v: [0.0; LANES],
         answer: [Attempt::UNKNOWN; LANES],
-        columns: Columns {
-            o: [[0.0; LANES]; 3],
-            d: [[0.0; LANES]; 3],
-            tmin: [0.0; LANES],
-            numbers: [[0.0; LANES]; MAX_NUMBERS],
-        },
     };
+
+    /// Sets the ray and the shape of a lane.
+    #[inline(always)]
+    pub fn set(&mut self, lane: usize, ray: &Ray, shape: &'a Numbers) {
+        let lane = lane % LANES;
+        set(&mut self.o, lane, ray.o);
+        set(&mut self.d, lane, ray.d);
+        self.tmin[lane] = ray.tmin;
+        self.shapes[lane] = shape;
+    }
 
     /// Attempts the intersections of all lanes; the shapes are of the kind `K`.
     #[inline(always)]
@@ -162,11 +161,15 @@ impl<K: BlockKind<N>, const N: usize> VectorLoop for Attempts<'_, '_, K, N> {
         const { assert!(N <= MAX_NUMBERS) };
         // Closures are not always compiled with the instructions of their caller, so there are none.
         let block = self.block;
-        let Columns { o, d, tmin, numbers } = &mut block.columns;
-        for i in 0..LANES {
-            let (ray, shape) = (&block.rays[i], block.shapes[i]);
-            (o[0][i], o[1][i], o[2][i], tmin[i]) = (ray.o.x, ray.o.y, ray.o.z, ray.tmin);
-            (d[0][i], d[1][i], d[2][i]) = (ray.d.x, ray.d.y, ray.d.z);
+        let RayBlock {
+            o,
+            d,
+            tmin,
+            shapes,
+            numbers,
+            ..
+        } = &mut *block;
+        for (i, shape) in shapes.iter().enumerate() {
             for k in 0..N {
                 numbers[k][i] = shape[k];
             }
@@ -176,9 +179,9 @@ impl<K: BlockKind<N>, const N: usize> VectorLoop for Attempts<'_, '_, K, N> {
         let mut answers = [0; LANES];
         for i in 0..LANES {
             let ray = Ray {
-                o: Vec3::new(o[0][i], o[1][i], o[2][i]),
+                o: get(o, i),
                 tmin: tmin[i],
-                d: Vec3::new(d[0][i], d[1][i], d[2][i]),
+                d: get(d, i),
                 tmax: f32::INFINITY,
             };
             let mut shape = [0.0; N];

@@ -99,7 +99,9 @@ pub struct Quad {
     /// The mean of the corners.
     middle: DVec3,
     normal: DVec3,
-    /// The lengths of the edges AB and AD, if it is a rectangle.
+    /// The areas of the triangles ABC and ACD, in m^2.
+    areas: [f64; 2],
+    /// The lengths of the edges AB and AD, if it is a rectangle up to the rounding of its corners.
     lengths: Option<[f64; 2]>,
     /// The edges from A to B and to D, and how far C is from completing a parallelogram.
     edges: [DVec3; 3],
@@ -142,7 +144,10 @@ impl Quad {
         let (e, f, skew) = (b - a, d - a, a - b + c - d);
         let noise = f64::from(4.0 * f32::EPSILON);
         let largest = [a, b, c, d].iter().fold(0.0_f64, |m, c| m.max(c.abs().max_element()));
-        let is_rectangle = skew.length() <= noise * largest && e.dot(f).abs() <= noise * e.length() * f.length();
+        // The rounding of corners turns short edges.
+        let (product, lengths) = (e.length() * f.length(), e.length() + f.length());
+        let turned = (noise * largest * lengths).min(MAX_SKEW * product);
+        let is_rectangle = skew.length() <= noise * largest && e.dot(f).abs() <= turned.max(noise * product);
         let middle = (a + b + c + d) * 0.25;
         let across = |x: DVec3, y: DVec3| x.cross(normal) / x.cross(normal).dot(y);
         let inverse = [across(f, e), across(e, f)];
@@ -157,6 +162,7 @@ impl Quad {
             corners,
             middle,
             normal,
+            areas: Self::halves(corners).map(triangle::area),
             lengths: is_rectangle.then(|| [e.length(), f.length()]),
             edges: [e, f, skew],
             inverse,
@@ -246,11 +252,9 @@ impl Quad {
         (u, v, p - self.normal * (p - self.middle).dot(self.normal))
     }
 
-    /// The two triangles, ABC and ACD, and their areas in m^2.
-    fn halves(&self) -> ([[Vec3; 3]; 2], [f64; 2]) {
-        let [a, b, c, d] = self.corners;
-        let halves = [[a, b, c], [a, c, d]];
-        (halves, halves.map(triangle::area))
+    /// The triangles ABC and ACD.
+    fn halves([a, b, c, d]: [Vec3; 4]) -> [[Vec3; 3]; 2] {
+        [[a, b, c], [a, c, d]]
     }
 
     /// The rectangle with edges of these lengths, if it is one.
@@ -272,7 +276,7 @@ impl Quad {
 
     /// Per m^2.
     fn per_area(&self) -> f64 {
-        1.0 / self.halves().1.iter().sum::<f64>()
+        1.0 / self.areas.iter().sum::<f64>()
     }
 }
 
@@ -380,9 +384,11 @@ impl ShapeKind for Quad {
     #[inline]
     fn sample(&self, from: Vec3, u: Vec2) -> Option<ShapeSample> {
         let Some(seen) = self.seen_from(from) else {
-            let (halves, areas) = self.halves();
-            let (half, ux) = choose(&areas, u.x);
-            let p = triangle::point(halves[half], triangle::sample_barycentric(Vec2::new(ux as f32, u.y)));
+            let (half, ux) = choose(&self.areas, u.x);
+            let p = triangle::point(
+                Self::halves(self.corners)[half],
+                triangle::sample_barycentric(Vec2::new(ux as f32, u.y)),
+            );
             return area_sample(self.per_area(), from, p, self.normal);
         };
         let p = seen.sample(u.x.into(), u.y.into());
@@ -411,85 +417,4 @@ impl ShapeKind for Quad {
 }
 
 #[cfg(test)]
-mod tests {
-    use proptest::prelude::*;
-
-    use super::*;
-
-    fn vec(range: std::ops::Range<f32>) -> impl Strategy<Value = Vec3> {
-        [range.clone(), range.clone(), range].prop_map(Vec3::from_array)
-    }
-
-    proptest! {
-        #![proptest_config(ProptestConfig { cases: 3000, failure_persistence: None, ..ProptestConfig::default() })]
-
-        /// From near and far, head on and all but along the plane, through the middle and next to
-        /// corners and edges.
-        #[test]
-        fn what_u_and_v_tell_is_what_the_edge_test_tells(
-            (a, e, f) in (vec(-8.0..8.0), vec(-2.0..2.0), vec(-2.0..2.0)),
-            (u, v) in (-0.2_f32..1.2, -0.2_f32..1.2),
-            (side, away) in (vec(-1.0..1.0), 0_i32..24),
-            (tilt, length) in (prop::sample::select(vec![1.0_f32, 0.1, 1e-2, 1e-3, 1e-4]), -4_i32..4),
-            behind in prop::bool::ANY,
-            rounded in prop::bool::ANY,
-        ) {
-            // Multiples of 2^-10 make the corners a parallelogram's to the last bit.
-            let grid = |v: Vec3| (v * 1024.0).round() / 1024.0;
-            let [a, e, f] = if rounded { [a, e, f] } else { [a, e, f].map(grid) };
-            prop_assume!(e.cross(f).length() > 1e-2);
-            let quad = Quad::from_corners([a, a + e, a + e + f, a + f]);
-            prop_assert!(rounded || quad.inverse.is_some());
-            let n = quad.normal();
-            let to = a + e * u + f * v;
-            let across = side - n * n.dot(side);
-            let d = (across + n * (tilt * side.dot(n).signum())).normalize_or(n);
-            let o = to - d * 2.0_f32.powi(away - 6);
-            let scale = 10.0_f32.powi(length);
-            let ray = Ray {
-                tmin: f32::MIN,
-                ..Ray::new(o, d * if behind { -scale } else { scale })
-            };
-            let attempt = quad.attempt_one(&ray);
-            let (_, is_on_ray) = rounded_hit(&ray, f64::from(attempt.hit.t), 0.0);
-            if is_on_ray && attempt.answer != Attempt::UNKNOWN {
-                prop_assert_eq!(attempt.answer == Attempt::MEETS, quad.has_edges_around(&ray));
-            }
-        }
-    }
-
-    #[test]
-    fn u_and_v_of_a_parallelogram_are_those_of_any_quad() {
-        for off in [0.0, 1e-7, 1e-6, 4e-6] {
-            let c = Vec3::new(2.3 + off, 1.1 - off, off);
-            let quad = Quad::from_corners([Vec3::ZERO, Vec3::new(2.0, 0.1, 0.0), c, Vec3::new(0.3, 1.0, 0.0)]);
-            assert!(quad.inverse.is_some());
-            for i in 0..100 {
-                let at = DVec3::new(0.3 + 0.015 * f64::from(i), 0.2 + 0.005 * f64::from(i), 0.0);
-                let p = at - quad.normal * (at - quad.middle).dot(quad.normal);
-                let ray = Ray::new((p + quad.normal).as_vec3(), -quad.normal());
-                let hit = quad.intersect(&ray).unwrap();
-                let (u, v, _) = quad.place(&ray, &hit);
-                let (expected_u, expected_v) = quad.inverse_bilinear(point_of(&ray, &hit));
-                assert!(
-                    (u - expected_u).abs() < 1e-9 && (v - expected_v).abs() < 1e-9,
-                    "{off} {i}: {u} {v}"
-                );
-            }
-        }
-    }
-
-    #[test]
-    fn u_and_v_tell_nearly_always() {
-        let quad = Quad::from_corners([Vec3::ZERO, Vec3::X, Vec3::X + Vec3::Y, Vec3::Y]);
-        let told = (0..10_000).filter(|i| {
-            let at = |k: i32| (i % k) as f32 / k as f32;
-            let ray = Ray::new(
-                Vec3::new(at(100) * 3.0, 2.0, 1.0 + at(7)),
-                Vec3::new(at(11) - 0.5, at(13) - 0.9, -0.5),
-            );
-            quad.attempt_one(&ray).answer != Attempt::UNKNOWN
-        });
-        assert!(told.count() > 9_500);
-    }
-}
+mod tests;

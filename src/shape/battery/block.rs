@@ -2,7 +2,7 @@
 
 use super::examples::{Random, all};
 use crate::{
-    math::{Plain, Vec3, block::LANES},
+    math::{Plain, Ray, Vec3, block::LANES},
     shape::{Attempt, RayBlock},
 };
 
@@ -15,8 +15,7 @@ fn blocks_give_the_bits_of_single_rays() {
             let distance = [0.3, 2.0, 50.0, 1e5][round % 4];
             let numbers = e.shape.block_numbers();
             let mut block = RayBlock::EMPTY;
-            block.shapes = [&numbers; LANES];
-            block.rays = std::array::from_fn(|lane| {
+            let rays: [Ray; LANES] = std::array::from_fn(|lane| {
                 let mut ray = e.ray(&mut random, distance);
                 match round % 16 {
                     13 => ray.d[lane % 3] = [0.0, -0.0][lane / 4],
@@ -26,8 +25,11 @@ fn blocks_give_the_bits_of_single_rays() {
                 }
                 ray
             });
+            for (lane, ray) in rays.iter().enumerate() {
+                block.set(lane, ray, &numbers);
+            }
             e.shape.attempt_block(Plain, &mut block);
-            for (lane, ray) in block.rays.iter().enumerate() {
+            for (lane, ray) in rays.iter().enumerate() {
                 let bits = |t: f32, u: f32, v: f32| [t.to_bits(), u.to_bits(), v.to_bits()];
                 let found = match block.answer[lane] {
                     Attempt::MISSES => None,

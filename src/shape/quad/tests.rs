@@ -1,0 +1,97 @@
+//! The two ways in which a quad is tested, and its parameters.
+
+use proptest::prelude::*;
+
+use super::*;
+
+fn vec(range: std::ops::Range<f32>) -> impl Strategy<Value = Vec3> {
+    [range.clone(), range.clone(), range].prop_map(Vec3::from_array)
+}
+
+proptest! {
+    #![proptest_config(ProptestConfig { cases: 3000, failure_persistence: None, ..ProptestConfig::default() })]
+
+    /// From near and far, head on and all but along the plane, through the middle and next to
+    /// corners and edges.
+    #[test]
+    fn what_u_and_v_tell_is_what_the_edge_test_tells(
+        (a, e, f) in (vec(-8.0..8.0), vec(-2.0..2.0), vec(-2.0..2.0)),
+        (u, v) in (-0.2_f32..1.2, -0.2_f32..1.2),
+        (side, away) in (vec(-1.0..1.0), 0_i32..24),
+        (tilt, length) in (prop::sample::select(vec![1.0_f32, 0.1, 1e-2, 1e-3, 1e-4]), -4_i32..4),
+        behind in prop::bool::ANY,
+        rounded in prop::bool::ANY,
+    ) {
+        // Multiples of 2^-10 make the corners a parallelogram's to the last bit.
+        let grid = |v: Vec3| (v * 1024.0).round() / 1024.0;
+        let [a, e, f] = if rounded { [a, e, f] } else { [a, e, f].map(grid) };
+        prop_assume!(e.cross(f).length() > 1e-2);
+        let quad = Quad::from_corners([a, a + e, a + e + f, a + f]);
+        prop_assert!(rounded || quad.inverse.is_some());
+        let n = quad.normal();
+        let to = a + e * u + f * v;
+        let across = side - n * n.dot(side);
+        let d = (across + n * (tilt * side.dot(n).signum())).normalize_or(n);
+        let o = to - d * 2.0_f32.powi(away - 6);
+        let scale = 10.0_f32.powi(length);
+        let ray = Ray {
+            tmin: f32::MIN,
+            ..Ray::new(o, d * if behind { -scale } else { scale })
+        };
+        let attempt = quad.attempt_one(&ray);
+        let (_, is_on_ray) = rounded_hit(&ray, f64::from(attempt.hit.t), 0.0);
+        if is_on_ray && attempt.answer != Attempt::UNKNOWN {
+            prop_assert_eq!(attempt.answer == Attempt::MEETS, quad.has_edges_around(&ray));
+        }
+    }
+}
+
+#[test]
+fn u_and_v_of_a_parallelogram_are_those_of_any_quad() {
+    for off in [0.0, 1e-7, 1e-6, 4e-6] {
+        let c = Vec3::new(2.3 + off, 1.1 - off, off);
+        let quad = Quad::from_corners([Vec3::ZERO, Vec3::new(2.0, 0.1, 0.0), c, Vec3::new(0.3, 1.0, 0.0)]);
+        assert!(quad.inverse.is_some());
+        for i in 0..100 {
+            let at = DVec3::new(0.3 + 0.015 * f64::from(i), 0.2 + 0.005 * f64::from(i), 0.0);
+            let p = at - quad.normal * (at - quad.middle).dot(quad.normal);
+            let ray = Ray::new((p + quad.normal).as_vec3(), -quad.normal());
+            let hit = quad.intersect(&ray).unwrap();
+            let (u, v, _) = quad.place(&ray, &hit);
+            let (expected_u, expected_v) = quad.inverse_bilinear(point_of(&ray, &hit));
+            assert!(
+                (u - expected_u).abs() < 1e-9 && (v - expected_v).abs() < 1e-9,
+                "{off} {i}: {u} {v}"
+            );
+        }
+    }
+}
+
+/// A lamp of a published scene (veach-bidir), turned and written with eight digits.
+#[test]
+fn a_rectangle_of_rounded_corners_is_a_rectangle() {
+    let corners = [
+        Vec3::new(-2.747_779_8, 5.172_271_3, -3.733_627_8),
+        Vec3::new(-2.767_996_3, 5.050_267_7, -3.790_199),
+        Vec3::new(-2.633_86, 5.036_069, -3.807_512_3),
+        Vec3::new(-2.613_644, 5.158_072, -3.750_940_8),
+    ];
+    let lengths = Quad::from_corners(corners).lengths.unwrap();
+    assert!(lengths.iter().all(|l| (l - 0.136).abs() < 1e-3), "{lengths:?}");
+    let turned = corners.map(|c| if c == corners[1] { c + Vec3::X * 1e-5 } else { c });
+    assert!(Quad::from_corners(turned).lengths.is_none());
+}
+
+#[test]
+fn u_and_v_tell_nearly_always() {
+    let quad = Quad::from_corners([Vec3::ZERO, Vec3::X, Vec3::X + Vec3::Y, Vec3::Y]);
+    let told = (0..10_000).filter(|i| {
+        let at = |k: i32| (i % k) as f32 / k as f32;
+        let ray = Ray::new(
+            Vec3::new(at(100) * 3.0, 2.0, 1.0 + at(7)),
+            Vec3::new(at(11) - 0.5, at(13) - 0.9, -0.5),
+        );
+        quad.attempt_one(&ray).answer != Attempt::UNKNOWN
+    });
+    assert!(told.count() > 9_500);
+}
