@@ -7,7 +7,7 @@
 use super::LightSample;
 use crate::{
     math::{Ray, Rgb, Transform, Vec2, Vec3, float::gamma},
-    shape::{LocalSurface, Shape, ShapeHit, triangle},
+    shape::{LocalSurface, Shape, ShapeHit, spherical, triangle},
 };
 
 /// A sampled point of an emitter.
@@ -126,7 +126,7 @@ pub fn sample_triangle(
     from: Vec3,
     u: Vec2,
 ) -> Option<(AreaSample, LocalSurface)> {
-    let (weights, pdf) = triangle::sample(corners, from, u);
+    let (weights, pdf) = spherical::sample(corners, from, u);
     let surface = triangle::surface(corners, uvs, weights.x, weights.y);
     let sample = AreaSample {
         p: surface.p,

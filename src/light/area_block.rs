@@ -6,14 +6,14 @@ use crate::{
         Dispatch, Rgb, Sidedness, VectorLoop,
         block::{Each, LANES},
     },
-    shape::RectangleBlock,
+    shape::{SampleBlock, SampledPoint},
 };
 
-/// Rectangular area lights, and the points that they light.
+/// Area lights, and the points that they light.
 #[derive(Clone, Debug)]
 #[repr(C, align(64))]
 pub struct AreaBlock {
-    pub rectangles: RectangleBlock,
+    pub points: SampleBlock,
     radiance: Each<Rgb>,
     /// Not 0 if both sides emit.
     both_sides: Each<u32>,
@@ -22,7 +22,7 @@ pub struct AreaBlock {
 impl Default for AreaBlock {
     fn default() -> Self {
         Self {
-            rectangles: RectangleBlock::EMPTY,
+            points: SampleBlock::EMPTY,
             radiance: [Rgb::BLACK; LANES],
             both_sides: [0; LANES],
         }
@@ -40,7 +40,7 @@ impl AreaBlock {
     /// Samples the lights of all lanes and writes the samples to `to`.
     #[inline]
     pub fn sample(&mut self, on: impl Dispatch, to: &mut LightBlock) {
-        self.rectangles.sample(on);
+        self.points.sample(on);
         on.dispatch(Arrivals { block: self, to });
         to.li = self.radiance;
     }
@@ -60,9 +60,11 @@ impl VectorLoop for Arrivals<'_> {
         let (mut x, mut y, mut z) = ([0.0; LANES], [0.0; LANES], [0.0; LANES]);
         let (mut distances, mut densities, mut kinds) = ([0.0; LANES], [0.0; LANES], [0; LANES]);
         for i in 0..LANES {
-            let from = block.rectangles.from(i);
-            let (p, ng, pdf) = block.rectangles.point(i);
-            let sample = AreaSample::in_world(p, ng, pdf);
+            let from = block.points.from(i);
+            let SampledPoint {
+                p, p_error, ng, pdf, ..
+            } = block.points.point(i);
+            let sample = AreaSample { p, p_error, ng, pdf };
             let (wi, distance) = sample.direction(from);
             let shines = (sample.front_cos(from) > 0.0) | (block.both_sides[i] != 0);
             let arrives = shines & (pdf > 0.0) & pdf.is_finite() & (distance > 0.0);

@@ -12,7 +12,7 @@ use crate::{
     light::{AreaBlock, LightSample, area},
     material::{Emission, EmissionReach, Material, MaterialId},
     math::{Rgb, Sidedness, Transform, Vec2, Vec3},
-    shape::{LocalSurface, ShapeHit, triangle},
+    shape::{LocalSurface, ShapeHit, spherical},
     texture::{Color, TexturePoint},
 };
 
@@ -73,6 +73,14 @@ pub(super) struct MeshEmitters {
     triangles: u32,
     /// The emitter number of its first triangle.
     first: u32,
+    uniform: Option<UniformEmission>,
+}
+
+impl MeshEmitters {
+    /// The triangle of an emitter of this mesh.
+    fn triangle(&self, id: EmitterId) -> u32 {
+        self.first_triangle + id.0 - self.first
+    }
 }
 
 /// The primitive of an emitter.
@@ -108,6 +116,7 @@ impl Emitters {
                 mesh,
                 first_triangle: record.triangles.start,
                 first: count,
+                uniform: UniformEmission::of(shading.material(record.material)),
             });
             count += triangles;
         }
@@ -142,8 +151,14 @@ impl Emitters {
         if let Some(shape) = self.shapes.get(id.0 as usize) {
             return EmitterPrim::Shape(*shape);
         }
-        let run = self.mesh_emitters[self.mesh_emitters.partition_point(|r| r.first <= id.0) - 1];
-        EmitterPrim::Triangle(run.first_triangle + id.0 - run.first, &meshes[run.mesh as usize])
+        let run = self.run(id);
+        EmitterPrim::Triangle(run.triangle(id), &meshes[run.mesh as usize])
+    }
+
+    /// The mesh of an emitter that is a triangle.
+    #[inline]
+    fn run(&self, id: EmitterId) -> &MeshEmitters {
+        &self.mesh_emitters[self.mesh_emitters.partition_point(|r| r.first <= id.0) - 1]
     }
 }
 
@@ -195,14 +210,26 @@ impl Scene {
 
     /// Sets the area light of a lane. Returns whether a block can hold the light.
     pub(super) fn set_emitter(&self, emitter: EmitterId, lane: usize, block: &mut AreaBlock) -> bool {
-        let emitters = self.lights.emitters();
-        let index = emitter.0 as usize;
-        let (Some(shape), Some(Some(emission))) = (emitters.shapes.get(index), emitters.uniform.get(index)) else {
+        let (emitters, geometry) = (self.lights.emitters(), self.geometry.accel.geometry());
+        let (emission, is_held) = match emitters.shapes.get(emitter.0 as usize) {
+            Some(shape) => {
+                let placed = &geometry.shapes[*shape as usize];
+                let emission = emitters.uniform[emitter.0 as usize];
+                let is_free = emission.is_some() && placed.transform.is_none();
+                (emission, is_free && placed.shape.put_in_block(lane, &mut block.points))
+            }
+            None => {
+                let run = emitters.run(emitter);
+                let corners = geometry.corners(run.triangle(emitter) as usize);
+                block.points.set_triangle(lane, &corners);
+                (run.uniform, true)
+            }
+        };
+        let Some(UniformEmission { radiance, sidedness }) = emission else {
             return false;
         };
-        let placed = &self.geometry.accel.geometry().shapes[*shape as usize];
-        block.set_emission(lane, emission.radiance, emission.sidedness);
-        placed.transform.is_none() && placed.shape.put_rectangle(lane, &mut block.rectangles)
+        block.set_emission(lane, radiance, sidedness);
+        is_held
     }
 
     /// The emitter at `hit`, which a ray from `from` along the unit direction `w` found, and the density of
@@ -216,7 +243,7 @@ impl Scene {
                 let hit = ShapeHit { t, u, v };
                 area::pdf_shape(&placed.shape, geometry.transform(placed), from, w, &hit)
             }
-            None => triangle::pdf(geometry.corners(hit.prim.index() as usize), from, hit.u, hit.v),
+            None => spherical::pdf(geometry.corners(hit.prim.index() as usize), from, hit.u, hit.v),
         };
         Some((emitter, pdf))
     }

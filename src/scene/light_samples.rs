@@ -194,8 +194,8 @@ impl Scene {
             };
             to.choose(lane, choice);
             if finite.lights[lane] == Some(choice.light) || self.set_area_light(choice.light, lane, finite) {
-                let rectangles = &mut finite.block.rectangles;
-                rectangles.set_observer(lane, at.p, numbers.points[lane]);
+                let points = &mut finite.block.points;
+                points.set_observer(lane, at.p, numbers.points[lane]);
                 together |= 1 << lane;
             } else {
                 alone |= 1 << lane;
@@ -203,7 +203,7 @@ impl Scene {
         }
         if together != 0 {
             finite.block.sample(on, &mut to.light);
-            alone |= together & !finite.block.rectangles.known();
+            alone |= together & !finite.block.points.known();
         }
         for lane in lanes(alone) {
             let sample = self.sample_light(to.lights[lane], surfaces[lane].p, numbers.points[lane]);

@@ -2,7 +2,7 @@
 
 use std::f64::consts::TAU;
 
-use crate::math::{DVec3, Vec3};
+use crate::math::{DVec3, Vec3, trig};
 
 /// An axis through the local origin, a unit vector in double precision.
 #[derive(Clone, Copy, Debug)]
@@ -22,6 +22,7 @@ impl Axis {
 
     /// The directions at a quarter and no turn, of Duff et al. as [`Frame`](crate::math::Frame) has
     /// them; the second is mirrored so that +y turns from +x towards +z.
+    #[inline(always)]
     fn frame(self) -> (DVec3, DVec3) {
         let n = self.0;
         let sign = 1.0_f64.copysign(n.z);
@@ -34,10 +35,11 @@ impl Axis {
     }
 
     /// The unit vector across the axis after `turn` of a whole turn.
+    #[inline(always)]
     pub fn ring(self, turn: f64) -> DVec3 {
         let (x, y) = self.frame();
-        let phi = turn * TAU;
-        x * libm::cos(phi) + y * libm::sin(phi)
+        let (sin, cos) = trig::sin_cos_turn(turn);
+        x * cos + y * sin
     }
 
     /// The part of a turn in `[0, 1)` at which `e` stands; the inverse of [`Axis::ring`].

@@ -15,6 +15,7 @@ use crate::{
 };
 
 mod axis;
+mod ball;
 #[cfg(test)]
 mod battery;
 pub mod block;
@@ -27,14 +28,16 @@ mod numeric;
 pub mod plane;
 pub mod quad;
 mod rectangle;
-pub mod rectangle_block;
 mod round;
+mod sample_block;
+mod sampled;
 pub mod sphere;
-mod spherical;
+pub mod spherical;
 pub mod triangle;
 
 pub use block::{Attempt, Numbers, RayBlock};
-pub use rectangle_block::RectangleBlock;
+pub use sample_block::SampleBlock;
+pub use sampled::SampledPoint;
 
 /// The intersection of a ray and a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -102,8 +105,8 @@ pub trait ShapeKind {
     /// it cannot be seen or cannot be sampled.
     fn sample(&self, from: Vec3, u: Vec2) -> Option<ShapeSample>;
 
-    /// Sets the rectangle of a block's lane, if the shape is one. Returns whether it is.
-    fn put_rectangle(&self, _lane: usize, _block: &mut RectangleBlock) -> bool {
+    /// Sets the emitter of a block's lane, if a block can hold the shape. Returns whether it can.
+    fn put_in_block(&self, _lane: usize, _block: &mut SampleBlock) -> bool {
         false
     }
 
@@ -155,8 +158,8 @@ kinds! {
     fn area(&self) -> f32;
     /// See [`ShapeKind::sample`].
     fn sample(&self, from: Vec3, u: Vec2) -> Option<ShapeSample>;
-    /// See [`ShapeKind::put_rectangle`].
-    fn put_rectangle(&self, lane: usize, block: &mut RectangleBlock) -> bool;
+    /// See [`ShapeKind::put_in_block`].
+    fn put_in_block(&self, lane: usize, block: &mut SampleBlock) -> bool;
     /// See [`ShapeKind::pdf`].
     fn pdf(&self, from: Vec3, wi: Vec3, hit: &ShapeHit) -> f32;
     /// See [`ShapeKind::flat_normal`].

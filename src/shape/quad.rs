@@ -29,7 +29,7 @@ use super::{
     block::{Attempt, BlockKind, attempted_in_blocks, vector},
     numeric::{area_sample, choose, dot_direction, point_of, rounded, rounded_hit, solid_angle_pdf},
     rectangle::{Rectangle, SeenRectangle},
-    rectangle_block::RectangleBlock,
+    sample_block::SampleBlock,
     triangle::{self, Shear},
 };
 use crate::{
@@ -401,7 +401,7 @@ impl ShapeKind for Quad {
     }
 
     #[inline]
-    fn put_rectangle(&self, lane: usize, block: &mut RectangleBlock) -> bool {
+    fn put_in_block(&self, lane: usize, block: &mut SampleBlock) -> bool {
         let Some(lengths) = self.lengths else { return false };
         block.set_rectangle(lane, &self.rectangle(lengths));
         true

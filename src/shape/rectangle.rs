@@ -5,8 +5,12 @@
 
 use std::f64::consts::TAU;
 
-use super::numeric::solid_angle_pdf;
-use crate::math::{DVec2, DVec3, Vec2, trig};
+use super::{
+    block::vector,
+    numeric::solid_angle_pdf,
+    sampled::{SampledKind, SampledPoint},
+};
+use crate::math::{DVec2, DVec3, Vec2, Vec3, trig};
 
 /// Below this solid angle, in sr, a rectangle is taken by area: its spherical angles no longer tell
 /// it from a right one with digits to spare, and the two ways hardly differ.
@@ -102,6 +106,32 @@ impl Rectangle {
         let q = p - self.corner;
         let part = |k: usize| (q.dot(self.edges[k]) / (self.lengths[k] * self.lengths[k])).clamp(0.0, 1.0) as f32;
         Vec2::new(part(0), part(1))
+    }
+}
+
+impl SampledKind<14> for Rectangle {
+    #[inline(always)]
+    fn sample_numbers(&self) -> [f64; 14] {
+        let (a, [e, f], n, [w, h]) = (self.corner, self.edges, self.normal, self.lengths);
+        [a.x, a.y, a.z, e.x, e.y, e.z, f.x, f.y, f.z, n.x, n.y, n.z, w, h]
+    }
+
+    /// Samples by area; it is known where that is as good as by solid angle.
+    #[inline(always)]
+    fn sample_by(numbers: &[f64; 14], from: Vec3, u: Vec2) -> SampledPoint {
+        let rectangle = Self {
+            corner: vector(numbers, 0),
+            edges: [vector(numbers, 3), vector(numbers, 6)],
+            normal: vector(numbers, 9),
+            lengths: [numbers[12], numbers[13]],
+        };
+        let from = from.as_dvec3();
+        let p = rectangle.point(u.x.into(), u.y.into());
+        let pdf = rectangle.pdf_by_area(from, p);
+        SampledPoint {
+            is_known: rectangle.is_sampled_by_area(from),
+            ..SampledPoint::new(p.as_vec3(), rectangle.normal.as_vec3(), pdf)
+        }
     }
 }
 

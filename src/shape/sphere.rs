@@ -25,12 +25,15 @@ use serde::Deserialize;
 
 use super::{
     LocalSurface, ShapeHit, ShapeKind, ShapeSample,
-    axis::{Axis, whole_turn},
+    axis::whole_turn,
+    ball::Ball,
     block::{Attempt, BlockKind, intersected_in_blocks, vector},
-    numeric::{Or, area_sample, point_of, rounded, rounded_hit, solid_angle_pdf},
+    numeric::{Or, point_of, rounded, rounded_hit},
+    sample_block::SampleBlock,
+    sampled::SampledKind,
 };
 use crate::{
-    math::{Aabb, DVec3, Ray, Vec2, Vec3, float::gamma, trig},
+    math::{Aabb, DVec3, Ray, Vec2, Vec3, trig},
     value::{Point, Positive, Problem},
 };
 
@@ -64,51 +67,13 @@ pub struct Sphere {
     pub radius: f32,
 }
 
-/// The cone of directions in which a sphere is seen from outside.
-struct SubtendedCone {
-    /// From the centre to the observer.
-    axis: Axis,
-    distance: f64,
-    sin2_max: f64,
-    /// 1 - cos of the half angle.
-    one_minus_cos: f64,
-}
-
-impl SubtendedCone {
-    /// Per sr.
-    fn pdf(&self) -> f32 {
-        (1.0 / (TAU * self.one_minus_cos)) as f32
-    }
-}
-
 impl Sphere {
-    /// `None` from inside, and from the surface itself: rounding puts half of its points outside,
-    /// and the cone of those would hold the near side only.
-    fn cone(&self, from: Vec3) -> Option<SubtendedCone> {
-        let out = from.as_dvec3() - self.center.as_dvec3();
-        let (distance, r) = (out.length(), f64::from(self.radius));
-        let rounding = f64::from(gamma(32)) * (f64::from(self.center.abs().max_element()) + r);
-        if distance <= r + rounding {
-            return None;
+    #[inline(always)]
+    fn ball(&self) -> Ball {
+        Ball {
+            center: self.center,
+            radius: self.radius,
         }
-        let sin2_max = (r / distance) * (r / distance);
-        let cos = ((distance - r) * (distance + r)).sqrt() / distance;
-        Some(SubtendedCone {
-            axis: Axis(out / distance),
-            distance,
-            sin2_max,
-            one_minus_cos: sin2_max / (1.0 + cos),
-        })
-    }
-
-    fn at(&self, n: DVec3) -> DVec3 {
-        self.center.as_dvec3() + n * f64::from(self.radius)
-    }
-
-    /// Per m^2.
-    fn per_area(&self) -> f64 {
-        let r = f64::from(self.radius);
-        1.0 / (4.0 * PI * r * r)
     }
 
     fn normal_at(&self, p: DVec3) -> DVec3 {
@@ -161,7 +126,7 @@ impl ShapeKind for Sphere {
     fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface {
         let r = f64::from(self.radius);
         let n = self.normal_at(point_of(ray, hit));
-        let (p, p_error) = rounded(self.at(n), f64::from(self.center.abs().max_element()) + r);
+        let (p, p_error) = rounded(self.ball().at(n), f64::from(self.center.abs().max_element()) + r);
         let ring = (n.x * n.x + n.z * n.z).sqrt();
         let (cos_phi, sin_phi) = if ring > 0.0 {
             (n.x / ring, n.z / ring)
@@ -183,39 +148,21 @@ impl ShapeKind for Sphere {
     }
 
     fn area(&self) -> f32 {
-        (1.0 / self.per_area()) as f32
+        (1.0 / self.ball().per_area()) as f32
     }
 
     fn sample(&self, from: Vec3, u: Vec2) -> Option<ShapeSample> {
-        let u = u.as_dvec2();
-        let Some(cone) = self.cone(from) else {
-            let y = 1.0 - 2.0 * u.x;
-            let n = Axis(DVec3::Y).ring(u.y) * (1.0 - y * y).max(0.0).sqrt() + DVec3::Y * y;
-            return area_sample(self.per_area(), from, self.at(n), n);
-        };
-        // The direction's angle with the cone's axis, then the angle at the centre, by the law of
-        // sines.
-        let h = u.x * cone.one_minus_cos;
-        let sin2 = h * (2.0 - h);
-        let r = f64::from(self.radius);
-        let near = cone.distance * (1.0 - h) - (r * r * (1.0 - sin2 / cone.sin2_max).max(0.0)).sqrt();
-        let sin_alpha = (near * sin2.sqrt() / r).min(1.0);
-        let cos_alpha = (cone.distance - near * (1.0 - h)) / r;
-        let n = (cone.axis.0 * cos_alpha + cone.axis.ring(u.y) * sin_alpha).normalize_or(cone.axis.0);
-        Some(ShapeSample {
-            p: self.at(n).as_vec3(),
-            ng: n.as_vec3(),
-            pdf: cone.pdf(),
-        })
+        self.ball().sample_one(from, u)
+    }
+
+    #[inline]
+    fn put_in_block(&self, lane: usize, block: &mut SampleBlock) -> bool {
+        block.set_ball(lane, &self.ball());
+        true
     }
 
     fn pdf(&self, from: Vec3, wi: Vec3, hit: &ShapeHit) -> f32 {
-        self.cone(from).map_or_else(
-            || {
-                let n = self.normal_at(point_of(&Ray::new(from, wi), hit));
-                solid_angle_pdf(self.per_area(), from.as_dvec3(), self.at(n), n)
-            },
-            |cone| cone.pdf(),
-        )
+        self.ball()
+            .pdf(from, || self.normal_at(point_of(&Ray::new(from, wi), hit)))
     }
 }

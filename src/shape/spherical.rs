@@ -1,4 +1,4 @@
-//! Directions towards a triangle, chosen uniformly by solid angle.
+//! Points of a triangle as seen from a point: directions that are uniform by solid angle, or points by area.
 //!
 //! Seen from nearby, points that are uniform by area crowd where the triangle is far away or seen
 //! edge-on, and the density of their directions differs by orders of magnitude; that of uniform
@@ -6,14 +6,21 @@
 //! and that one is cheaper.
 //!
 //! Source: Arvo, "Stratified Sampling of Spherical Triangles", SIGGRAPH 1995,
-//! doi:10.1145/218380.218500; for the solid angle Van Oosterom and Strackee, "The Solid Angle of a
+//! doi:10.1145/218380.218500, in the form of Peters, "BRDF Importance Sampling for Polygonal Lights",
+//! ACM Transactions on Graphics 40(4), 2021, doi:10.1145/3450626.3459672; for the solid angle Van Oosterom and Strackee, "The Solid Angle of a
 //! Plane Triangle", IEEE Trans. Biomed. Eng. 30(2), 1983, doi:10.1109/TBME.1983.325207.
 
 use std::f64::consts::TAU;
 
 use glam::DVec3;
 
-use crate::math::{Vec2, Vec3};
+use super::{
+    block::vector,
+    numeric::solid_angle_pdf,
+    sampled::{SampledKind, SampledPoint},
+    triangle::{self, TrianglePoint},
+};
+use crate::math::{Vec2, Vec3, trig};
 
 /// A triangle whose area over the square of the distance to its nearest corner is not larger is
 /// small to the eye.
@@ -22,81 +29,156 @@ const SMALL: f64 = 0.02;
 /// within: their angles are lost in rounding.
 const SOLID_ANGLES: std::ops::Range<f64> = 1e-3..TAU - 1e-3;
 
-/// The unit directions to the corners.
-fn directions(corners: [Vec3; 3], from: Vec3) -> Option<[DVec3; 3]> {
-    let from = from.as_dvec3();
-    let [a, b, c] = corners.map(|p| p.as_dvec3() - from);
-    let nearest2 = a.length_squared().min(b.length_squared()).min(c.length_squared());
-    let twice_area2 = (b - a).cross(c - a).length_squared();
-    let large = twice_area2 > (2.0 * SMALL * nearest2) * (2.0 * SMALL * nearest2);
-    (large && nearest2 > 0.0).then(|| [a, b, c].map(DVec3::normalize))
+/// A triangle as seen from a point.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct SeenTriangle {
+    /// The corners, relative to the point.
+    corners: [DVec3; 3],
+    /// The unit directions to them.
+    unit: [DVec3; 3],
+    /// The volume that the directions span, and 1 + the cosines between them: half the solid angle is the angle of this point.
+    volume: f64,
+    cosines: f64,
+    /// In sr.
+    pub solid_angle: f64,
+    /// Whether directions are chosen uniformly; else, points by area.
+    pub is_large: bool,
 }
 
-/// The solid angle of the triangle as seen from `from`, in sr, where its directions are chosen
-/// uniformly; `None` where its points are chosen by area instead.
-#[inline]
-pub fn solid_angle(corners: [Vec3; 3], from: Vec3) -> Option<f64> {
-    solid_angle_of(&directions(corners, from)?)
+impl SeenTriangle {
+    #[inline(always)]
+    pub fn new(corners: [Vec3; 3], from: Vec3) -> Self {
+        let from = from.as_dvec3();
+        let [a, b, c] = corners;
+        let (to_a, to_b, to_c) = (a.as_dvec3() - from, b.as_dvec3() - from, c.as_dvec3() - from);
+        let nearest2 = to_a
+            .length_squared()
+            .min(to_b.length_squared())
+            .min(to_c.length_squared());
+        let twice_area2 = (to_b - to_a).cross(to_c - to_a).length_squared();
+        let is_large = twice_area2 > (2.0 * SMALL * nearest2) * (2.0 * SMALL * nearest2);
+        let (a, b, c) = (to_a / to_a.length(), to_b / to_b.length(), to_c / to_c.length());
+        let volume = a.dot(b.cross(c)).abs();
+        let cosines = 1.0 + a.dot(b) + b.dot(c) + c.dot(a);
+        let solid_angle = 2.0 * trig::angle_above(volume, cosines);
+        Self {
+            corners: [to_a, to_b, to_c],
+            unit: [a, b, c],
+            volume,
+            cosines,
+            solid_angle,
+            is_large: is_large & (nearest2 > 0.0) & SOLID_ANGLES.contains(&solid_angle),
+        }
+    }
+
+    /// The weights of b and c of the point in a direction chosen uniformly, from two uniform numbers in `[0, 1)`.
+    #[inline(always)]
+    pub fn sample(&self, u: Vec2) -> Vec2 {
+        let [a, b, c] = self.unit;
+        // A third corner on the side from a to c, such that the part of the triangle is the wanted one: the mirror image of a.
+        let (sin, cos) = trig::sin_cos_turn(f64::from(u.x) * self.solid_angle * (0.5 / TAU));
+        let middle = a * (self.volume * cos - (self.cosines - 1.0 - a.dot(b)) * sin) + c * ((1.0 + a.dot(b)) * sin);
+        let corner = middle * (2.0 * a.dot(middle) / middle.length_squared()) - a;
+        // A direction on the way from b to it.
+        let end = corner.dot(b);
+        let z = 1.0 - f64::from(u.y) * (1.0 - end);
+        let part = ((1.0 - z * z) / (1.0 - end * end)).sqrt();
+        let part = if part.is_finite() { part } else { u.y.into() };
+        self.weights_along(b * (z - part * end) + corner * part)
+    }
+
+    /// The weights of b and c of the point of the triangle along `w`, or of one nearby where rounding
+    /// says that it is beside.
+    #[inline(always)]
+    fn weights_along(&self, w: DVec3) -> Vec2 {
+        let [a, b, c] = self.corners;
+        let (ab, ac) = (b - a, c - a);
+        let normal = w.cross(ac);
+        let det = ab.dot(normal);
+        let (x, y) = (-a.dot(normal) / det, w.dot(ab.cross(a)) / det);
+        let x = if x.is_finite() { x.clamp(0.0, 1.0) } else { 0.0 };
+        let y = if y.is_finite() { y.clamp(0.0, 1.0) } else { 0.0 };
+        let sum = (x + y).max(1.0);
+        Vec2::new((x / sum) as f32, (y / sum) as f32)
+    }
 }
 
-fn solid_angle_of([a, b, c]: &[DVec3; 3]) -> Option<f64> {
-    let half_tan = (a.dot(b.cross(*c)).abs(), 1.0 + a.dot(*b) + b.dot(*c) + c.dot(*a));
-    let angle = 2.0 * libm::atan2(half_tan.0, half_tan.1);
-    SOLID_ANGLES.contains(&angle).then_some(angle)
+/// The weights of b and c of a point as seen from `from`, from two uniform numbers in `[0, 1)`, and
+/// the density of its direction in sr^-1, 0 where it is seen edge-on or there is no area. Uniform
+/// by solid angle where the triangle is large to the eye, else by area.
+#[inline(always)]
+pub fn sample(corners: [Vec3; 3], from: Vec3, u: Vec2) -> (Vec2, f32) {
+    let seen = SeenTriangle::new(corners, from);
+    let (by_angle, by_area) = (seen.sample(u), triangle::sample_barycentric(u));
+    let weights = Vec2::new(
+        if seen.is_large { by_angle.x } else { by_area.x },
+        if seen.is_large { by_angle.y } else { by_area.y },
+    );
+    (weights, pdf_of(&seen, corners, from, weights))
 }
 
-/// The part of `v` that is at a right angle to the unit vector `to`, unit.
-fn across(v: DVec3, to: DVec3) -> DVec3 {
-    (v - to * v.dot(to)).normalize()
+/// The density of [`sample`] to choose the point that the hit `u`, `v` is, in sr^-1 as seen from
+/// `from`.
+pub fn pdf(corners: [Vec3; 3], from: Vec3, u: f32, v: f32) -> f32 {
+    pdf_of(&SeenTriangle::new(corners, from), corners, from, Vec2::new(u, v))
 }
 
-/// The weights of b and c of the point in a direction chosen uniformly, from two uniform numbers in
-/// `[0, 1)`, and the solid angle; `None` as [`solid_angle`].
-pub fn sample(corners: [Vec3; 3], from: Vec3, u: Vec2) -> Option<(Vec2, f64)> {
-    let unit = directions(corners, from)?;
-    let angle = solid_angle_of(&unit)?;
-    let [a, b, c] = unit;
-    // The angle at a, between the planes of its two sides.
-    let (ab, ac) = (across(b, a), across(c, a));
-    let cos_alpha = ab.dot(ac).clamp(-1.0, 1.0);
-    let sin_alpha = ab.cross(ac).length();
-    let alpha = libm::atan2(sin_alpha, cos_alpha);
-    // A third corner on the side from a to c, such that the part of the triangle is the wanted one.
-    let part = f64::from(u.x) * angle;
-    let (s, t) = (libm::sin(part - alpha), libm::cos(part - alpha));
-    let p = t - cos_alpha;
-    let q = s + sin_alpha * a.dot(b);
-    let cos_side = ((q * t - p * s) * cos_alpha - q) / ((q * s + p * t) * sin_alpha);
-    let cos_side = if cos_side.is_finite() {
-        cos_side.clamp(-1.0, 1.0)
+#[inline(always)]
+fn pdf_of(seen: &SeenTriangle, corners: [Vec3; 3], from: Vec3, weights: Vec2) -> f32 {
+    // The length of this normal is twice the area.
+    let by_area = solid_angle_pdf(
+        2.0,
+        from.as_dvec3(),
+        triangle::point(corners, weights),
+        triangle::normal_times_area(corners),
+    );
+    if seen.is_large {
+        (1.0 / seen.solid_angle) as f32
     } else {
-        1.0
-    };
-    let corner = a * cos_side + ac * (1.0 - cos_side * cos_side).sqrt();
-    // A direction on the way from b to it.
-    let z = 1.0 - f64::from(u.y) * (1.0 - corner.dot(b));
-    let side = (corner - b * corner.dot(b)).normalize_or_zero();
-    let w = b * z + side * (1.0 - z * z).max(0.0).sqrt();
-    Some((weights_along(corners, from, w), angle))
+        by_area
+    }
 }
 
-/// The weights of b and c of the point of the triangle along `w`, or of one nearby where rounding
-/// says that it is beside.
-fn weights_along(corners: [Vec3; 3], from: Vec3, w: DVec3) -> Vec2 {
-    let [a, b, c] = corners.map(|p| p.as_dvec3() - from.as_dvec3());
-    let (ab, ac) = (b - a, c - a);
-    let normal = w.cross(ac);
-    let det = ab.dot(normal);
-    let v = (-a).cross(ab);
-    let weights = [-a.dot(normal) / det, w.dot(v) / det].map(|x| if x.is_finite() { x.clamp(0.0, 1.0) } else { 0.0 });
-    let sum = (weights[0] + weights[1]).max(1.0);
-    Vec2::new((weights[0] / sum) as f32, (weights[1] / sum) as f32)
+/// A triangle that emits.
+impl SampledKind<9> for [Vec3; 3] {
+    #[inline(always)]
+    fn sample_numbers(&self) -> [f64; 9] {
+        let [a, b, c] = *self;
+        [a.x, a.y, a.z, b.x, b.y, b.z, c.x, c.y, c.z].map(f64::from)
+    }
+
+    #[inline(always)]
+    fn sample_by(numbers: &[f64; 9], from: Vec3, u: Vec2) -> SampledPoint {
+        let corners = [
+            vector(numbers, 0).as_vec3(),
+            vector(numbers, 3).as_vec3(),
+            vector(numbers, 6).as_vec3(),
+        ];
+        let (weights, pdf) = sample(corners, from, u);
+        let (TrianglePoint { p, p_error, ng }, is_known) = triangle::point_in_f32(corners, weights.x, weights.y);
+        SampledPoint {
+            p,
+            p_error,
+            ng,
+            pdf,
+            is_known,
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{math::hash, shape::triangle};
+    use crate::math::hash;
+
+    fn solid_angle(corners: [Vec3; 3], from: Vec3) -> Option<f64> {
+        let seen = SeenTriangle::new(corners, from);
+        seen.is_large.then_some(seen.solid_angle)
+    }
+
+    fn by_angle(corners: [Vec3; 3], from: Vec3, u: Vec2) -> Option<(Vec2, f64)> {
+        Some((SeenTriangle::new(corners, from).sample(u), solid_angle(corners, from)?))
+    }
 
     fn numbers(i: u32) -> Vec2 {
         let [x, y, ..] = hash::pcg4d([i, 3, 5, 7]).map(|v| (v >> 8) as f32 / (1 << 24) as f32);
@@ -126,7 +208,7 @@ mod tests {
             let n = 60_000;
             let (mut counts, mut integrals) = ([0.0_f64; 3], [0.0_f64; 3]);
             for i in 0..n {
-                let (weights, same) = sample(CORNERS, from, numbers(i)).expect("large enough");
+                let (weights, same) = by_angle(CORNERS, from, numbers(i)).expect("large enough");
                 assert_eq!(same, angle);
                 assert!(weights.x >= 0.0 && weights.y >= 0.0 && weights.x + weights.y <= 1.0 + 1e-6);
                 let nearest = |w: Vec2| {
@@ -157,7 +239,7 @@ mod tests {
     fn the_point_lies_in_the_direction_that_was_chosen() {
         // The four corners of the square of numbers lead to corners of the triangle.
         let from = PLACES[0];
-        let corner = |u: Vec2| triangle::point(CORNERS, sample(CORNERS, from, u).expect("large").0).as_vec3();
+        let corner = |u: Vec2| triangle::point(CORNERS, by_angle(CORNERS, from, u).expect("large").0).as_vec3();
         assert!((corner(Vec2::new(0.3, 0.0)) - CORNERS[1]).length() < 1e-3);
         assert!((corner(Vec2::new(0.0, 1.0)) - CORNERS[0]).length() < 1e-3);
         assert!((corner(Vec2::new(1.0, 1.0)) - CORNERS[2]).length() < 1e-3);
@@ -201,7 +283,7 @@ mod tests {
         };
         let up = |weights: Vec2| triangle::point(corners, weights).normalize().y;
         let (by_angle, noise) = variance(&|u| {
-            let (weights, angle) = sample(corners, from, u).expect("large");
+            let (weights, angle) = by_angle(corners, from, u).expect("large");
             (up(weights), 1.0 / angle)
         });
         let (by_area, more) = variance(&|u| {

@@ -1,6 +1,6 @@
 //! The triangle of a mesh: three corners that live in the mesh's arrays.
 
-use super::{LocalSurface, ShapeHit, numeric::solid_angle_pdf, spherical};
+use super::{LocalSurface, ShapeHit};
 use crate::math::{DVec3, Ray, Vec2, Vec3, float::gamma};
 
 /// The shear of a direction onto its main axis.
@@ -234,8 +234,9 @@ fn mapped([a, b, c]: [Vec3; 3], [ta, tb, tc]: [Vec2; 3], [wa, wb, wc]: [f32; 3])
     (ta * wa + tb * wb + tc * wc, dpdu, dpdv)
 }
 
+/// The normal, whose length is twice the area, in double precision.
 #[inline(always)]
-fn normal_times_area([a, b, c]: [Vec3; 3]) -> DVec3 {
+pub(super) fn normal_times_area([a, b, c]: [Vec3; 3]) -> DVec3 {
     let a = a.as_dvec3();
     (b.as_dvec3() - a).cross(c.as_dvec3() - a)
 }
@@ -248,47 +249,21 @@ pub fn area(corners: [Vec3; 3]) -> f64 {
 /// The weights of b and c of a point that is uniform by area, from two uniform numbers in `[0, 1)`.
 ///
 /// Source: Heitz, "A Low-Distortion Map Between Triangle and Square", 2019.
+#[inline(always)]
 pub fn sample_barycentric(u: Vec2) -> Vec2 {
-    if u.y > u.x {
-        let x = u.x * 0.5;
-        Vec2::new(x, u.y - x)
-    } else {
-        let y = u.y * 0.5;
-        Vec2::new(u.x - y, y)
-    }
+    let half = u.x.min(u.y) * 0.5;
+    let is_upper = u.y > u.x;
+    Vec2::new(
+        if is_upper { half } else { u.x - half },
+        if is_upper { u.y - half } else { half },
+    )
 }
 
 /// The point whose corners b and c weigh `weights`.
+#[inline(always)]
 pub fn point([a, b, c]: [Vec3; 3], weights: Vec2) -> DVec3 {
     let (a, w) = (a.as_dvec3(), weights.as_dvec2());
     a + (b.as_dvec3() - a) * w.x + (c.as_dvec3() - a) * w.y
-}
-
-/// The weights of b and c of a point as seen from `from`, from two uniform numbers in `[0, 1)`, and
-/// the density of its direction in sr^-1, 0 where it is seen edge-on or there is no area. Uniform
-/// by solid angle where the triangle is large to the eye, else by area; see the module `spherical`.
-pub fn sample(corners: [Vec3; 3], from: Vec3, u: Vec2) -> (Vec2, f32) {
-    match spherical::sample(corners, from, u) {
-        Some((weights, solid_angle)) => (weights, (1.0 / solid_angle) as f32),
-        None => {
-            let weights = sample_barycentric(u);
-            (weights, pdf_by_area(corners, from, weights))
-        }
-    }
-}
-
-/// The density of [`sample`] to choose the point that the hit `u`, `v` is, in sr^-1 as seen from
-/// `from`.
-pub fn pdf(corners: [Vec3; 3], from: Vec3, u: f32, v: f32) -> f32 {
-    match spherical::solid_angle(corners, from) {
-        Some(solid_angle) => (1.0 / solid_angle) as f32,
-        None => pdf_by_area(corners, from, Vec2::new(u, v)),
-    }
-}
-
-fn pdf_by_area(corners: [Vec3; 3], from: Vec3, weights: Vec2) -> f32 {
-    let n = normal_times_area(corners).normalize_or(DVec3::Y);
-    solid_angle_pdf(1.0 / area(corners), from.as_dvec3(), point(corners, weights), n)
 }
 
 #[cfg(test)]
@@ -296,7 +271,10 @@ mod tests {
     use super::*;
     use crate::{
         math::{float::offset_origins, trig},
-        shape::battery::Random,
+        shape::{
+            battery::Random,
+            spherical::{pdf, sample},
+        },
     };
 
     fn random_triangle(random: &mut Random, center: Vec3, size: f32) -> [Vec3; 3] {

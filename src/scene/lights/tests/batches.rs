@@ -8,12 +8,20 @@ use crate::{
 };
 
 /// A white ball under lamps.
-fn ball(lamps: &[(&str, Option<Transform>)], points: &[Vec3]) -> Scene {
+fn ball(lamps: &[(&str, Option<Transform>)], triangles: &[[Vec3; 3]], points: &[Vec3]) -> Scene {
     let mut builder = dark();
     let front = builder.material(lamp());
     let both = builder.material(shining(Color::Constant(Rgb::gray(3.0)), Sidedness::Both));
     for (i, (shape, transform)) in lamps.iter().enumerate() {
         add(&mut builder, shape, *transform, if i % 2 == 0 { front } else { both });
+    }
+    for corners in triangles {
+        let mesh = Mesh {
+            positions: corners.to_vec(),
+            triangles: vec![[0, 1, 2]],
+            ..Mesh::default()
+        };
+        builder.mesh("mesh", mesh, both).expect("valid");
     }
     let white = builder.material(Material::Matte(Matte::smooth(Color::Constant(Rgb::WHITE))));
     add(&mut builder, "sphere = { radius = 1 }", None, white);
@@ -44,6 +52,8 @@ fn lamps_for_many_surfaces_are_those_for_single_ones() {
     let small = "quad = { corners = [[0, -4, 0], [0, -4, 0.5], [0.5, -4, 0.5], [0.5, -4, 0]] }";
     let skew = "quad = { corners = [[3, 0, 0], [3, 1, 0.5], [3, 1, 2], [3, 0, 1.5]] }";
     let sphere = "sphere = { center = [0, 0, 5], radius = 0.5 }";
+    let inside = "sphere = { radius = 1.5 }";
+    let triangle = [-1.5, 6.0].map(|y| [Vec3::new(-2.0, y, 1.0), Vec3::new(1.0, y, -1.0), Vec3::new(1.5, y, 2.0)]);
     let turned = place([-3.0, 0.0, 0.0], [10.0, 0.0, 70.0], [1.0; 3]);
     let all = [
         (near, None),
@@ -53,10 +63,13 @@ fn lamps_for_many_surfaces_are_those_for_single_ones() {
         (small, turned),
     ];
     let scenes = [
-        ball(&all, &[Vec3::new(0.0, 3.0, 3.0)]),
-        ball(&all[..1], &[]),
-        ball(&all[1..2], &[]),
-        ball(&[], &[Vec3::new(0.0, 3.0, 3.0)]),
+        ball(&all, &triangle, &[Vec3::new(0.0, 3.0, 3.0)]),
+        ball(&all[..1], &[], &[]),
+        ball(&all[1..2], &[], &[]),
+        ball(&all[3..4], &[], &[]),
+        ball(&[(near, None), (inside, None)], &[], &[]),
+        ball(&[], &triangle, &[]),
+        ball(&[], &[], &[Vec3::new(0.0, 3.0, 3.0)]),
     ];
     for scene in &scenes {
         let surfaces = surfaces(scene);
