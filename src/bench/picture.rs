@@ -1,7 +1,11 @@
 //! The time that a whole picture takes, stage by stage.
 
-use std::time::{Duration, Instant};
+use std::{
+    num::NonZeroUsize,
+    time::{Duration, Instant},
+};
 
+use cpu_time::ProcessTime;
 use serde::Serialize;
 
 use super::report::table;
@@ -13,7 +17,7 @@ use crate::{
     simd::Isa,
 };
 
-/// The time of one stage, summed over the threads.
+/// The processor time of one stage, summed over the threads.
 #[derive(Clone, Debug, Serialize)]
 pub struct StageRow {
     pub stage: String,
@@ -23,7 +27,7 @@ pub struct StageRow {
     pub share: f64,
 }
 
-/// The times of the first frame of a job, of the fastest repetition.
+/// The times of the first frame of a job, of the repetition with the median of the wall's time.
 #[derive(Clone, Debug, Serialize)]
 pub struct PictureReport {
     pub scene: String,
@@ -64,7 +68,7 @@ pub trait Subject {
     fn encode(&self, film: &Film) -> Result<(), EncodeError>;
 }
 
-/// Renders a picture `repetitions` times; the fastest counts. `scene` is its scene's name, `simd` the level of its loops.
+/// Renders a picture `repetitions` times; the median counts. `scene` is its scene's name, `simd` the level of its loops.
 ///
 /// # Errors
 /// It cannot be rendered or encoded.
@@ -73,16 +77,12 @@ pub fn measure(
     simd: Isa,
     settings: &Settings,
     subject: &dyn Subject,
-    repetitions: usize,
+    repetitions: NonZeroUsize,
 ) -> Result<PictureReport, PictureError> {
-    let mut best = measure_once(scene, simd, settings, subject)?;
-    for _ in 1..repetitions {
-        let report = measure_once(scene, simd, settings, subject)?;
-        if report.wall_ms < best.wall_ms {
-            best = report;
-        }
-    }
-    Ok(best)
+    let once = |_| measure_once(scene, simd, settings, subject);
+    let mut reports: Vec<PictureReport> = (0..repetitions.get()).map(once).collect::<Result<_, _>>()?;
+    reports.sort_by(|a, b| a.wall_ms.total_cmp(&b.wall_ms));
+    Ok(reports.swap_remove(reports.len() / 2))
 }
 
 fn measure_once(
@@ -100,7 +100,7 @@ fn measure_once(
     let start = Instant::now();
     let film = subject.render(&control)?;
     let wall = start.elapsed();
-    let start = Instant::now();
+    let start = ProcessTime::now();
     subject.encode(&film)?;
     let output = start.elapsed();
     let segments = times.segments();

@@ -3,9 +3,13 @@
 //! Every flag stands under a heading. `-h` shows what most jobs need and fits on one screen; flags that few need have
 //! `hide_short_help` and appear in `--help`.
 
-use std::{path::PathBuf, time::Duration};
+use std::{num::NonZeroUsize, path::PathBuf, time::Duration};
 
-use batch_render::{batch::PartSpec, output::DepthUnit, shape::mesh::LightUnits};
+use batch_render::{
+    batch::{FrameRange, PartSpec},
+    output::DepthUnit,
+    shape::mesh::LightUnits,
+};
 use clap::{
     ArgAction, Args as ClapArgs, Parser, Subcommand, ValueEnum,
     builder::{OsStringValueParser, TypedValueParser},
@@ -120,6 +124,17 @@ pub struct BenchArgs {
     #[arg(long, conflicts_with_all = ["embree", "report", "builds"])]
     pub picture: bool,
 
+    /// Camera path of the picture, a CSV file; its first frame is measured
+    #[arg(long, value_name = "FILE", requires = "picture")]
+    pub frames: Option<PathBuf>,
+
+    /// The frame of the camera path to measure, in place of the first
+    #[arg(short, long, value_name = "SPEC", allow_hyphen_values = true, requires = "frames")]
+    pub range: Option<FrameRange>,
+
+    #[command(flatten)]
+    pub settings: Settings,
+
     /// Shared library of Embree 4, to measure it as well; the Python package embreex has one
     #[arg(long, value_name = "LIB")]
     pub embree: Option<PathBuf>,
@@ -137,8 +152,8 @@ pub struct BenchArgs {
     pub threads: Option<u16>,
 
     /// Runs of each measurement, of which the median counts
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
-    pub repetitions: u16,
+    #[arg(long, value_name = "N", default_value = "5")]
+    pub repetitions: NonZeroUsize,
 
     /// Builds of each tree, of which the median counts
     #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]

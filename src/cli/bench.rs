@@ -47,14 +47,21 @@ fn check(args: &BenchArgs, job: &Job) -> Result<(), Error> {
 pub fn run(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     if args.picture {
         picture(args, simd)
-    } else {
+    } else if args.settings.0.paths().next().is_none() {
         rays(args, simd, quiet)
+    } else {
+        let message =
+            "the flags of the picture need --picture: without it, rays of the bench's own picture are measured";
+        Err(Error::Usage(message.to_owned()).into())
     }
 }
 
 /// Measures the stages of the scene's own picture.
 fn picture(args: &BenchArgs, simd: Isa) -> anyhow::Result<()> {
     let request = Request {
+        overrides: args.settings.0.clone(),
+        camera_path: args.frames.clone(),
+        range: args.range.clone(),
         accel: BuildOptions {
             simd,
             ..BuildOptions::default()
@@ -77,7 +84,7 @@ fn picture(args: &BenchArgs, simd: Isa) -> anyhow::Result<()> {
             frame,
         };
         let settings = &job.plan.picture.settings;
-        bench::picture::measure(&job.desc.name(), simd, settings, &subject, args.repetitions.into())
+        bench::picture::measure(&job.desc.name(), simd, settings, &subject, args.repetitions)
             .map_err(anyhow::Error::from)
     })?;
     say(report.to_text().trim_end());
@@ -154,7 +161,7 @@ fn rays(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
             scene: job.desc.name(),
             simd,
             embree: args.embree.clone(),
-            repetitions: args.repetitions.into(),
+            repetitions: args.repetitions.get(),
             builds: args.builds.into(),
         };
         bench::run(&geometry, &buffers, &options, &progress).map_err(anyhow::Error::from)

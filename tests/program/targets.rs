@@ -89,6 +89,32 @@ fn figures_of_a_comparison_replace_no_input() {
 }
 
 #[test]
+fn bench_measures_the_picture_that_the_flags_ask_for() {
+    let folder = folder();
+    folder.write(
+        "path.csv",
+        "frame,x,y,z,target_x,target_y,target_z\n1,0,1,5,0,0,0\n2,0,1,6,0,0,0\n",
+    );
+    let picture = ["--picture", "--repetitions", "1", "--json", "f.json"];
+    let flags = [
+        "--resolution",
+        "8x6",
+        "--samples",
+        "3",
+        "--frames",
+        "path.csv",
+        "--range",
+        "2",
+    ];
+    folder.succeed(&[&["bench", "s.toml"], &picture[..], &flags].concat());
+    let figures: serde_json::Value = serde_json::from_slice(&folder.read("f.json")).expect("JSON");
+    assert_eq!(figures["resolution"], serde_json::json!([8, 6]));
+    assert_eq!(figures["samples"], 3);
+    let message = folder.fail(2, &["bench", "s.toml", "--samples", "3"]);
+    assert!(message.contains("need --picture"), "{message}");
+}
+
+#[test]
 fn denoised_frames_are_files_of_the_job() {
     let folder = folder();
     folder.write("s.toml", &SCENE.replace("tex.png", "tex.0001.exr"));
