@@ -17,9 +17,9 @@
 //!
 //! # Implementation
 //!
-//! The density of a direction is proportional to the luminance of its texel above the mean; BSDF sampling finds the rest. Source:
-//! Karlik et al., "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling", ACM TOG 38(6), 2019,
-//! doi:10.1145/3355089.3356565. An image of one colour is not sampled at all.
+//! The density of a direction follows the luminance above the mean, by an importance map of at most 256 x 128 cells; BSDF
+//! sampling finds the rest. Source: Karlik et al., "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance
+//! Sampling", ACM TOG 38(6), 2019, doi:10.1145/3355089.3356565. An image of one colour is not sampled at all.
 
 use std::{
     f32::consts::{PI, TAU},
@@ -32,14 +32,14 @@ use serde::Deserialize;
 
 use super::LightSample;
 use crate::{
-    math::{
-        ColorConversion, DMat3, Dispatch, Rgb, Vec2, Vec3, WorkingSpace, distribution::PiecewiseConstant2D, float, trig,
-    },
+    math::{ColorConversion, DMat3, Dispatch, Rgb, UnitFloat, Vec2, Vec3, WorkingSpace, float, trig},
     texture::Bitmap,
     value::{NonNegative, Point, Spanned},
 };
+use importance::ImportanceMap;
 
 mod batch;
+mod importance;
 #[cfg(test)]
 mod tests;
 
@@ -56,23 +56,29 @@ pub struct EnvironmentDesc {
 /// An environment map.
 #[derive(Clone, Debug)]
 pub struct Environment {
-    /// Row by row from the top, in W m^-2 sr^-1.
-    texels: Vec<Rgb>,
+    /// Row by row from the top, in units of `unit`.
+    texels: Vec<[UnitFloat; 3]>,
+    /// The largest number of a texel, in W m^-2 sr^-1.
+    unit: f32,
     width: usize,
     height: usize,
     world_from_map: Mat3,
-    /// The cosine of the angle to +y at the upper edge of each row, and at the lower edge of the last.
-    heights: Vec<f64>,
-    /// 1 over the solid angle of each texel of a row, in sr^-1.
-    inverse_solid_angles: Vec<f32>,
-    /// The distribution of texels; `None` if no direction is brighter than the others.
-    distribution: Option<PiecewiseConstant2D>,
+    /// The density of directions; `None` if no direction is brighter than the others.
+    importance: Option<ImportanceMap>,
     /// Texels of the picture with a number below 0, which became 0.
     pub clamped: u64,
 }
 
 /// Columns from the left and rows from the top, in texels; texel (0, 0) goes to (1, 1).
 type MapPoint = Vec2;
+
+/// The texels around a point of the map.
+struct Corners {
+    /// Their indices: left and right, in the upper and the lower row.
+    texels: [u32; 4],
+    /// The weights of the right column and the lower row.
+    f: Vec2,
+}
 
 /// The light from one direction.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -88,40 +94,46 @@ impl Environment {
     pub fn new(picture: &Bitmap, working_space: WorkingSpace, intensity: f32, world_from_map: DMat3) -> Self {
         let (width, height) = (picture.width as usize, picture.height as usize);
         let colors = ColorConversion::new(picture.primaries, working_space);
-        let mut texels = vec![Rgb::BLACK; width * height];
-        let clamped = texels
+        let texel = |x, y| {
+            let own = colors.convert(picture.rgb(x, y));
+            own.map(|v| (v.max(0.0) * intensity).min(f32::MAX))
+        };
+        let is_negative = |c: Rgb| c.r < 0.0 || c.g < 0.0 || c.b < 0.0;
+        let row = |y| {
+            let largest = (0..picture.width).fold(0.0, |most, x| texel(x, y).max_component().max(most));
+            let clamped = (0..picture.width).filter(|x| is_negative(picture.rgb(*x, y))).count();
+            (largest, clamped as u64)
+        };
+        let (largest, clamped) = (0..picture.height)
+            .into_par_iter()
+            .map(row)
+            .reduce(|| (0.0_f32, 0), |(a, m), (b, n)| (a.max(b), m + n));
+        let unit = largest.max(f32::MIN_POSITIVE);
+        let mut texels = vec![[UnitFloat::default(); 3]; width * height];
+        texels
             .par_chunks_mut(width)
-            .zip(0..height as u32)
-            .map(|(row, y)| {
-                let mut clamped = 0;
-                for (texel, x) in row.iter_mut().zip(0..) {
-                    let own = picture.rgb(x, y);
-                    clamped += u64::from(own.r < 0.0 || own.g < 0.0 || own.b < 0.0);
-                    *texel = colors.convert(own).map(|v| (v.max(0.0) * intensity).min(f32::MAX));
+            .zip(0..picture.height)
+            .for_each(|(row, y)| {
+                for (to, x) in row.iter_mut().zip(0..) {
+                    *to = (texel(x, y) / unit).to_array().map(UnitFloat::new);
                 }
-                clamped
-            })
-            .sum();
+            });
         let mut environment = Self {
             texels,
+            unit,
             width,
             height,
             world_from_map: world_from_map.as_mat3(),
-            heights: (0..=height)
-                .map(|j| libm::cos(std::f64::consts::PI * j as f64 / height as f64))
-                .collect(),
-            inverse_solid_angles: Vec::new(),
-            distribution: None,
+            importance: None,
             clamped,
         };
-        environment.inverse_solid_angles = (0..height).map(|row| 1.0 / environment.solid_angle(row)).collect();
-        environment.distribution = environment.distribute();
+        environment.importance = ImportanceMap::new(&environment.luminances(), [width, height]);
         environment
     }
 
     /// Whether [`Environment::sample`] returns samples.
     pub fn is_sampled(&self) -> bool {
-        self.distribution.is_some()
+        self.importance.is_some()
     }
 
     /// The radiance that arrives from the unit direction `w`, in W m^-2 sr^-1.
@@ -142,23 +154,14 @@ impl Environment {
         self.pdf_at(self.map_point(w))
     }
 
-    /// The light from a point of the map.
-    #[inline]
-    fn light_at(&self, at: MapPoint) -> EnvironmentLight {
-        EnvironmentLight {
-            radiance: self.at(at),
-            pdf: self.pdf_at(at),
-        }
-    }
-
     #[inline]
     fn pdf_at(&self, at: MapPoint) -> f32 {
-        let Some(distribution) = &self.distribution else {
+        let Some(importance) = &self.importance else {
             return 0.0;
         };
         let column = (at.x as usize).min(self.width - 1);
         let row = (at.y as usize).min(self.height - 1);
-        distribution.pmf(column, row) * self.inverse_solid_angles[row]
+        importance.pdf(column, row)
     }
 
     /// The position of the unit direction `w` on the map.
@@ -171,67 +174,57 @@ impl Environment {
     }
 
     /// The radiance at a point of the map, linear between the centres of the texels.
-    #[inline]
     fn at(&self, at: MapPoint) -> Rgb {
+        let Corners { texels, f } = self.corners(at);
+        let [a, b, c, d] = texels.map(|i| color(self.texels[i as usize]));
+        let (upper, lower) = (a * (1.0 - f.x) + b * f.x, c * (1.0 - f.x) + d * f.x);
+        (upper * (1.0 - f.y) + lower * f.y) * self.unit
+    }
+
+    /// The texels around a point of the map.
+    #[inline(always)]
+    fn corners(&self, at: MapPoint) -> Corners {
         let from_middle = at - 0.5;
         let base = Vec2::new(float::floor(from_middle.x), float::floor(from_middle.y));
-        let f = from_middle - base;
         let (w, h) = (self.width as i32, self.height as i32);
         let (i, j) = (base.x as i32, base.y as i32);
         let column = |i: i32| {
             let i = if i < 0 { i + w } else { i };
-            (if i >= w { i - w } else { i }) as usize
+            (if i >= w { i - w } else { i }) as u32
         };
-        let (left, right) = (column(i), column(i + 1));
-        let row = |j: i32| {
-            let start = j.clamp(0, h - 1) as usize * self.width;
-            let texels = &self.texels[start..start + self.width];
-            texels[left] * (1.0 - f.x) + texels[right] * f.x
-        };
-        row(j) * (1.0 - f.y) + row(j + 1) * f.y
-    }
-
-    /// The solid angle of each texel of a row, in sr.
-    fn solid_angle(&self, row: usize) -> f32 {
-        (std::f64::consts::TAU / self.width as f64 * (self.heights[row] - self.heights[row + 1])) as f32
-    }
-
-    /// Writes the mean luminance within each texel of a row, under linear interpolation, to `to`. It is above 0 wherever the
-    /// radiance is.
-    fn luminances(&self, row: usize, to: &mut [f64]) {
-        let rows = [row.saturating_sub(1), row, (row + 1).min(self.height - 1)];
-        let column = |i: usize| {
-            let [above, own, below] = rows.map(|j| luminance(self.texels[j * self.width + i]));
-            0.125 * (above + below) + 0.75 * own
-        };
-        let (mut left, mut own) = (column(self.width - 1), column(0));
-        for (i, to) in to.iter_mut().enumerate() {
-            let right = column((i + 1) % self.width);
-            *to = 0.125 * (left + right) + 0.75 * own;
-            (left, own) = (own, right);
+        let row = |j: i32| j.clamp(0, h - 1) as u32 * w as u32;
+        let (left, right, upper, lower) = (column(i), column(i + 1), row(j), row(j + 1));
+        Corners {
+            texels: [upper + left, upper + right, lower + left, lower + right],
+            f: from_middle - base,
         }
     }
 
-    fn distribute(&self) -> Option<PiecewiseConstant2D> {
-        let totals: Vec<f64> = (0..self.height)
-            .into_par_iter()
-            .map(|row| {
-                let mut luminances = vec![0.0; self.width];
-                self.luminances(row, &mut luminances);
-                luminances.iter().sum::<f64>() * f64::from(self.solid_angle(row))
-            })
-            .collect();
-        let mean = totals.iter().sum::<f64>() / (4.0 * std::f64::consts::PI);
-        // Ignores the rounding errors of a constant picture.
-        let floor = mean * (1.0 + 1e-4);
-        PiecewiseConstant2D::new([self.width, self.height], |row, weights| {
-            self.luminances(row, weights);
-            let solid_angle = f64::from(self.solid_angle(row));
-            weights
-                .iter_mut()
-                .for_each(|w| *w = (*w - floor).max(0.0) * solid_angle);
-        })
+    /// The mean luminance within each texel, under linear interpolation, in units of [`Environment::unit`]. It is above 0 wherever
+    /// the radiance is.
+    fn luminances(&self) -> Vec<f32> {
+        let mut luminances = vec![0.0; self.texels.len()];
+        luminances.par_chunks_mut(self.width).enumerate().for_each(|(row, to)| {
+            let rows = [row.saturating_sub(1), row, (row + 1).min(self.height - 1)];
+            let column = |i: usize| {
+                let [above, own, below] = rows.map(|j| luminance(color(self.texels[j * self.width + i])));
+                0.125 * (above + below) + 0.75 * own
+            };
+            let (mut left, mut own) = (column(self.width - 1), column(0));
+            for (i, to) in to.iter_mut().enumerate() {
+                let right = column((i + 1) % self.width);
+                *to = (0.125 * (left + right) + 0.75 * own) as f32;
+                (left, own) = (own, right);
+            }
+        });
+        luminances
     }
+}
+
+/// The colour of a texel.
+#[inline(always)]
+fn color(texel: [UnitFloat; 3]) -> Rgb {
+    Rgb::from_array(texel.map(UnitFloat::get))
 }
 
 /// The luminance of a linear sRGB colour (Rec. 709).

@@ -18,7 +18,7 @@ impl UnitFloat {
         Self(((bits + (1 << (DROPPED - 1))) >> DROPPED) as u16)
     }
 
-    #[inline]
+    #[inline(always)]
     pub fn get(self) -> f32 {
         f32::from_bits((u32::from(self.0) << DROPPED) + OFFSET.to_bits()) - OFFSET
     }

@@ -1,13 +1,15 @@
 //! Batches of directions: look-ups for rays without a hit, and samples for surfaces.
 //!
-//! Arithmetic runs on vectors; texels and cells of the distribution are read in separate loops, so that their latencies overlap.
+//! Arithmetic runs on vectors. Texels are first found, then prefetched and then read, all of a batch at each step, so that the
+//! latencies of the memory overlap.
 
 use std::f32::consts::{PI, TAU};
 
-use super::{Environment, EnvironmentLight, MapPoint};
+use super::{Environment, EnvironmentLight, MapPoint, importance::SampledPoint};
 use crate::{
     light::LightSample,
-    math::{Dispatch, Vec2, Vec3, VectorLoop, trig},
+    math::{Dispatch, Rgb, UnitFloat, Vec2, Vec3, VectorLoop, trig},
+    simd::prefetch,
 };
 
 /// The number of directions that are looked up together.
@@ -50,6 +52,77 @@ impl VectorLoop for FindMapPoints<'_> {
     }
 }
 
+/// Texels that are read together.
+struct Reads {
+    /// See [`Corners::texels`](super::Corners).
+    texels: [[u32; LANES]; 4],
+    f: [[f32; LANES]; 2],
+    /// The red, green and blue of each of the four.
+    numbers: [[[UnitFloat; LANES]; 3]; 4],
+    /// The interpolated radiances.
+    colors: [[f32; LANES]; 3],
+}
+
+impl Reads {
+    fn new() -> Self {
+        Self {
+            texels: [[0; LANES]; 4],
+            f: [[0.0; LANES]; 2],
+            numbers: [[[UnitFloat::default(); LANES]; 3]; 4],
+            colors: [[0.0; LANES]; 3],
+        }
+    }
+
+    fn color(&self, i: usize) -> Rgb {
+        Rgb::new(self.colors[0][i], self.colors[1][i], self.colors[2][i])
+    }
+}
+
+/// Computes which texels are read.
+struct FindTexels<'a> {
+    environment: &'a Environment,
+    at: &'a MapPoints,
+    reads: &'a mut Reads,
+}
+
+impl VectorLoop for FindTexels<'_> {
+    #[inline(always)]
+    fn run(self) {
+        for i in 0..LANES {
+            let corners = self.environment.corners(map_point(self.at, i));
+            for (to, texel) in self.reads.texels.iter_mut().zip(corners.texels) {
+                to[i] = texel;
+            }
+            (self.reads.f[0][i], self.reads.f[1][i]) = (corners.f.x, corners.f.y);
+        }
+    }
+}
+
+/// Interpolates the texels that were read, as [`Environment::at`] does.
+struct Interpolate<'a> {
+    unit: f32,
+    reads: &'a mut Reads,
+}
+
+impl VectorLoop for Interpolate<'_> {
+    #[inline(always)]
+    fn run(self) {
+        let Reads {
+            f: [fx, fy],
+            numbers: [a, b, c, d],
+            colors,
+            ..
+        } = self.reads;
+        for k in 0..3 {
+            for i in 0..LANES {
+                let upper = a[k][i].get() * (1.0 - fx[i]) + b[k][i].get() * fx[i];
+                let lower = c[k][i].get() * (1.0 - fx[i]) + d[k][i].get() * fx[i];
+                colors[k][i] = (upper * (1.0 - fy[i]) + lower * fy[i]) * self.unit;
+            }
+        }
+    }
+}
+
 /// Points in cells of the distribution.
 struct Cells {
     /// Columns of the map.
@@ -64,7 +137,7 @@ struct FindDirections<'a> {
     environment: &'a Environment,
     cells: &'a Cells,
     w: &'a mut Directions,
-    rows: &'a mut [f32; LANES],
+    at: &'a mut MapPoints,
 }
 
 impl VectorLoop for FindDirections<'_> {
@@ -77,15 +150,38 @@ impl VectorLoop for FindDirections<'_> {
             let (r, y) = (self.cells.radii[i], self.cells.heights[i]);
             let w = (rotation * Vec3::new(r * sin, y, -r * cos)).normalize();
             set_direction(self.w, i, w);
-            self.rows[i] = trig::atan2(r, y) / PI * height;
+            (self.at[0][i], self.at[1][i]) = (self.cells.columns[i], trig::atan2(r, y) / PI * height);
         }
     }
 }
 
 impl Environment {
+    /// Reads the radiance at the first `count` of these points.
+    fn read(&self, on: impl Dispatch, at: &MapPoints, count: usize, reads: &mut Reads) {
+        on.dispatch(FindTexels {
+            environment: self,
+            at,
+            reads,
+        });
+        for i in 0..count {
+            // The right column is in the same line of the cache most of the time.
+            prefetch(&self.texels, reads.texels[0][i] as usize);
+            prefetch(&self.texels, reads.texels[2][i] as usize);
+        }
+        for (texels, numbers) in reads.texels.iter().zip(&mut reads.numbers) {
+            let [r, g, b] = numbers;
+            for i in 0..count {
+                [r[i], g[i], b[i]] = self.texels[texels[i] as usize];
+            }
+        }
+        let unit = self.unit;
+        on.dispatch(Interpolate { unit, reads });
+    }
+
     /// Appends the light from each of these unit directions.
     pub fn look_up(&self, on: impl Dispatch, directions: impl Iterator<Item = Vec3>, to: &mut Vec<EnvironmentLight>) {
         let (mut w, mut at): (Directions, MapPoints) = ([[0.0; LANES]; 3], [[0.0; LANES]; 2]);
+        let mut reads = Reads::new();
         let mut directions = directions.peekable();
         while directions.peek().is_some() {
             let mut count = 0;
@@ -98,13 +194,17 @@ impl Environment {
                 w: &w,
                 at: &mut at,
             });
-            to.extend((0..count).map(|i| self.light_at(map_point(&at, i))));
+            self.read(on, &at, count, &mut reads);
+            to.extend((0..count).map(|i| EnvironmentLight {
+                radiance: reads.color(i),
+                pdf: self.pdf_at(map_point(&at, i)),
+            }));
         }
     }
 
     /// Calls `to` with the index of each of these pairs of uniform numbers and the result of [`Environment::sample`] for it.
     pub fn sample_all(&self, on: impl Dispatch, numbers: &[Vec2], mut to: impl FnMut(usize, Option<LightSample>)) {
-        let Some(distribution) = &self.distribution else {
+        let Some(importance) = &self.importance else {
             return (0..numbers.len()).for_each(|k| to(k, None));
         };
         let mut cells = Cells {
@@ -112,27 +212,23 @@ impl Environment {
             heights: [0.0; LANES],
             radii: [0.0; LANES],
         };
-        let (mut densities, mut w, mut rows) = ([0.0; LANES], [[0.0; LANES]; 3], [0.0; LANES]);
+        let (mut densities, mut w, mut at) = ([0.0; LANES], [[0.0; LANES]; 3], [[0.0; LANES]; 2]);
+        let mut reads = Reads::new();
         for (numbers, first) in numbers.chunks(LANES).zip((0..).step_by(LANES)) {
             for (i, &u) in numbers.iter().enumerate() {
-                let [column, row] = distribution.sample(u);
-                densities[i] = column.pmf * row.pmf * self.inverse_solid_angles[row.index];
-                // Uniform by solid angle within the texel: by the cosine, not by the angle.
-                let [top, bottom] = [self.heights[row.index], self.heights[row.index + 1]];
-                let y = top + (bottom - top) * f64::from(row.within);
-                cells.heights[i] = y as f32;
-                cells.radii[i] = ((1.0 - y) * (1.0 + y)).max(0.0).sqrt() as f32;
-                cells.columns[i] = column.index as f32 + column.within;
+                let SampledPoint { column, height, pdf } = importance.sample(u);
+                (densities[i], cells.columns[i], cells.heights[i]) = (pdf, column, height as f32);
+                cells.radii[i] = ((1.0 - height) * (1.0 + height)).max(0.0).sqrt() as f32;
             }
             on.dispatch(FindDirections {
                 environment: self,
                 cells: &cells,
                 w: &mut w,
-                rows: &mut rows,
+                at: &mut at,
             });
-            for i in 0..numbers.len() {
-                let li = self.at(MapPoint::new(cells.columns[i], rows[i]));
-                let pdf = densities[i];
+            self.read(on, &at, numbers.len(), &mut reads);
+            for (i, pdf) in densities.into_iter().enumerate().take(numbers.len()) {
+                let li = reads.color(i);
                 let sample = (pdf > 0.0 && pdf.is_finite() && !li.is_black()).then(|| LightSample {
                     wi: direction(&w, i),
                     distance: f32::INFINITY,

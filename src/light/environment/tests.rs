@@ -80,6 +80,12 @@ fn a_rotation_turns_the_picture_about_the_fixed_axes() {
     }
 }
 
+/// A sky of broad stripes with a sun of a few texels, at 4 x 4 texels to a cell.
+fn sunny(i: u32, j: u32) -> f32 {
+    let is_sun = (402..=406).contains(&i) && (77..=80).contains(&j);
+    1.0 + (i / 100) as f32 + if is_sun { 1e4 } else { 0.0 }
+}
+
 #[test]
 fn samples_and_pdf_agree_and_the_density_adds_up_to_one() {
     let texel = |i: u32, j: u32| ((i * 31 + j * 17) % 13) as f32;
@@ -98,6 +104,72 @@ fn samples_and_pdf_agree_and_the_density_adds_up_to_one() {
     let sum: f64 = directions(side).map(|w| f64::from(e.pdf(w))).sum();
     let integral = sum * 4.0 * PI / f64::from(side * side);
     assert!((integral - 1.0).abs() < 2e-3, "{integral}");
+}
+
+#[test]
+fn samples_and_pdf_agree_in_cells_with_a_table_of_texels_and_without() {
+    let e = environment(603, 301, sunny);
+    let bright = grid(70).filter(|u| {
+        let s = e.sample(Plain, *u).expect("a direction");
+        let (told, pdf) = (e.pdf(s.wi), s.pdf.expect("it has size"));
+        let at = e.map_point(s.wi);
+        let inside = (at - at.floor() - 0.5).abs().max_element() < 0.49;
+        assert!(!inside || (told / pdf - 1.0).abs() < 1e-3, "{told} is not {pdf}");
+        s.li.r > 100.0
+    });
+    assert!((1000..4000).contains(&bright.count()));
+    let edge = |j: usize| libm::cos(PI * j as f64 / e.height as f64);
+    let row = |j: usize| {
+        let at = |i: usize| MapPoint::new(i as f32 + 0.5, j as f32 + 0.5);
+        let densities: f64 = (0..e.width).map(|i| f64::from(e.pdf_at(at(i)))).sum();
+        densities * 2.0 * PI / e.width as f64 * (edge(j) - edge(j + 1))
+    };
+    let integral: f64 = (0..e.height).map(row).sum();
+    assert!((integral - 1.0).abs() < 1e-5, "{integral}");
+}
+
+#[test]
+fn a_small_sun_gets_the_share_of_samples_that_it_has_of_the_light() {
+    let (w, h) = (603, 301);
+    let e = environment(w, h, sunny);
+    let sky = |i, j| f64::from(sunny(i, j).min(10.0));
+    let edge = |j: u32| libm::cos(PI * f64::from(j) / f64::from(h));
+    let texels = (0..h).flat_map(|j| (0..w).map(move |i| (i, j, edge(j) - edge(j + 1))));
+    let (whole, area) = texels.clone().fold((0.0, 0.0), |(sum, area), (i, j, a)| {
+        (sum + f64::from(sunny(i, j)) * a, area + a)
+    });
+    let mean = whole / area;
+    let above = |l: f64| (l - mean).max(0.0);
+    let (sun, all) = texels.fold((0.0, 0.0), |(sun, all), (i, j, a)| {
+        let own = above(f64::from(sunny(i, j))) * a;
+        (sun + own - above(sky(i, j)) * a, all + own)
+    });
+    // Interpolation widens it by half a texel.
+    let in_sun = |s: &LightSample| {
+        let at = e.map_point(s.wi);
+        (401.0..408.0).contains(&at.x) && (76.0..82.0).contains(&at.y)
+    };
+    let found = grid(100).filter_map(|u| e.sample(Plain, u)).filter(in_sun).count() as f64 / 1e4;
+    assert!(
+        sun / all > 0.3 && (found - sun / all).abs() < 0.02,
+        "{found} of {}",
+        sun / all
+    );
+}
+
+#[test]
+fn texels_keep_their_light_from_a_dim_sky_to_a_sun_beyond_halves() {
+    for sun in [1.0, 7e4, 1e6, 3e8] {
+        let values = [sun, 0.01, 0.3, 40.0, 1e-3, 2.0];
+        let e = environment(6, 2, |i, _| values[i as usize]);
+        for (i, expected) in (0..6).zip(values) {
+            let found = e.at(MapPoint::new(i as f32 + 0.5, 1.0)).r;
+            // Half a unit of the last of 11 bits, and of the smallest numbers.
+            let bound = 2.5e-4 * expected + 1.2e-13 * sun;
+            assert!((found - expected).abs() < bound, "{expected}: {found}");
+        }
+    }
+    assert_eq!(size_of_val(&environment(1, 1, |_, _| 1.0).texels[0]), 6);
 }
 
 #[test]
@@ -125,11 +197,11 @@ fn directions_are_chosen_as_texels_are_brighter_than_the_mean() {
         let at = probe.map_point(e.sample(Plain, u).expect("a direction").wi);
         counts[(at.x as usize / 8).min(7) + 8 * (at.y as usize / 8).min(3)] += 1;
     }
+    let edge = |j: u32| libm::cos(PI * f64::from(j) / f64::from(h));
+    let solid_angle = |j: u32| 2.0 * PI / f64::from(w) * (edge(j) - edge(j + 1));
     for (block, count) in counts.into_iter().enumerate() {
         let texels = (0..64).map(|k| ((block % 8 * 8 + k % 8) as u32, (block / 8 * 8 + k / 8) as u32));
-        let weight: f64 = texels
-            .map(|(i, j)| excess(middle(i, j)) * f64::from(e.solid_angle(j as usize)))
-            .sum();
+        let weight: f64 = texels.map(|(i, j)| excess(middle(i, j)) * solid_angle(j)).sum();
         let expected = weight / total * f64::from(draws * draws);
         assert!(
             (f64::from(count) - expected).abs() < 0.03 * expected + 60.0,
