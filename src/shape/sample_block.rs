@@ -4,7 +4,6 @@ use std::marker::PhantomData;
 
 use super::{
     ball::Ball,
-    numeric::Or,
     rectangle::Rectangle,
     sampled::{SampledKind, SampledPoint},
 };
@@ -168,8 +167,12 @@ impl<K: SampledKind<N>, const N: usize> VectorLoop for Samples<'_, K, N> {
     fn run(self) {
         // Numbers are read from copies, and results go to local arrays, so that the compiler knows that they do not alias.
         let Columns { numbers, is_used, .. } = *self.columns;
-        let (from, u, old) = (*self.observers.0, *self.observers.1, self.to.clone());
-        let mut points = Points::EMPTY;
+        let (from, u) = (*self.observers.0, *self.observers.1);
+        let Points {
+            numbers: old,
+            is_known: was_known,
+        } = self.to.clone();
+        let (mut points, mut is_known) = ([[0.0; LANES]; 10], [0; LANES]);
         for i in 0..LANES {
             let mut own = [0.0; N];
             for k in 0..N {
@@ -181,12 +184,15 @@ impl<K: SampledKind<N>, const N: usize> VectorLoop for Samples<'_, K, N> {
                 p.x, p.y, p.z, p_error.x, p_error.y, p_error.z, ng.x, ng.y, ng.z, point.pdf,
             ];
             let is_own = is_used[i] != 0;
-            for ((to, number), old) in points.numbers.iter_mut().zip(&row).zip(&old.numbers) {
-                to[i] = number.or(is_own, old[i]);
+            for k in 0..row.len() {
+                points[k][i] = if is_own { row[k] } else { old[k][i] };
             }
-            let is_known = u32::from(point.is_known);
-            points.is_known[i] = if is_own { is_known } else { old.is_known[i] };
+            let known = u32::from(point.is_known);
+            is_known[i] = if is_own { known } else { was_known[i] };
         }
-        *self.to = points;
+        *self.to = Points {
+            numbers: points,
+            is_known,
+        };
     }
 }
