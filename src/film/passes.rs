@@ -152,7 +152,7 @@ pub const PASSES: &[PassSpec] = &[
         background: 0.0,
         display: Display::Signed,
         source: PassSource::FirstHit(|hit, _| hit.ns.to_array()),
-        about: "unit shading normal in world space, as authored: a face that points away from the camera shows it",
+        about: "unit shading normal in world space, as authored, without normal maps: a face that points away from the camera shows it",
     },
     PassSpec {
         name: "P",

@@ -123,6 +123,18 @@ fn a_step_that_denoises_keeps_figures_and_a_preview_of_its_frames() {
 }
 
 #[test]
+fn the_last_part_of_a_step_that_denoises_makes_the_preview_of_all_frames() {
+    let folder = folder();
+    let job = "-q -o f.#.exr --preview film.png --denoise-step";
+    for step in ["render", "denoise"] {
+        for part in ["--part 1/3", "--part 2/3", "--part 3/3"] {
+            folder.succeed(&words(&[JOB, job, step, part]));
+        }
+    }
+    assert_eq!(film(&folder, "film.png").len(), 5);
+}
+
+#[test]
 fn figures_of_denoised_frames_name_both_fingerprints_and_keep_times_of_earlier_runs() {
     let folder = folder();
     let job = "-q --resolution 14x10 -o f.#.exr --report page --stats s.json";

@@ -2,7 +2,7 @@
 
 use std::{
     cell::RefCell,
-    collections::{BTreeMap, HashSet},
+    collections::{BTreeMap, BTreeSet, HashSet},
     fs,
     path::PathBuf,
 };
@@ -141,8 +141,9 @@ pub(in crate::batch) fn stale(
         return Ok(noisy);
     }
     let own = plan.frames.iter().map(|frame| frame.number);
-    let own = own.chain(helpers(plan, inputs)).collect();
-    let fingerprints = denoise::fingerprints(&request(plan, denoise, &fit, own))?;
+    // The frames of other parts help each other.
+    let all: BTreeSet<i32> = own.chain(helpers(plan, inputs)).chain(fit.iter().copied()).collect();
+    let fingerprints = denoise::fingerprints(&request(plan, denoise, &fit, all.into_iter().collect()))?;
     for (frame, stale) in frames.iter().zip(&mut noisy).filter(|(_, stale)| stale.is_none()) {
         let fingerprint = fingerprints.get(&frame.number).cloned().flatten();
         let is_near = |other: &i32| denoise.options.reaches(frame.number, *other);
