@@ -96,6 +96,8 @@ impl QuadDesc {
 #[derive(Clone, Copy, Debug)]
 pub struct Quad {
     corners: [Vec3; 4],
+    /// The corners moved onto the plane, on which rays meet the quad and light samples lie.
+    flat: [Vec3; 4],
     /// The mean of the corners.
     middle: DVec3,
     normal: DVec3,
@@ -157,12 +159,17 @@ impl Quad {
         // place.
         let steepest = if inverse.is_some() { slope } else { f64::INFINITY };
         let each = 64.0 * f64::from(f32::EPSILON) * steepest;
-        let on_plane = [a, b, c, d].map(|c| (c - normal * (c - middle).dot(normal)).as_vec3());
+        let flat = if skew == DVec3::ZERO {
+            corners
+        } else {
+            [a, b, c, d].map(|c| (c - normal * (c - middle).dot(normal)).as_vec3())
+        };
         Self {
             corners,
+            flat,
             middle,
             normal,
-            areas: Self::halves(corners).map(triangle::area),
+            areas: Self::halves(flat).map(triangle::area),
             lengths: is_rectangle.then(|| [e.length(), f.length()]),
             edges: [e, f, skew],
             inverse,
@@ -171,7 +178,7 @@ impl Quad {
                 own: each * (c - a).length().max((d - b).length()) + steepest * skew.length(),
             },
             extent: largest as f32,
-            bounds: Aabb::from_points(corners.into_iter().chain(on_plane)).padded(1.0),
+            bounds: Aabb::from_points(corners.into_iter().chain(flat)).padded(1.0),
         }
     }
 
@@ -260,10 +267,10 @@ impl Quad {
     /// The rectangle with edges of these lengths, if it is one.
     #[inline(always)]
     fn rectangle(&self, lengths: [f64; 2]) -> Rectangle {
-        let (corner, e, f, _) = self.bilinear();
+        let [corner, b, _, d] = self.flat.map(|c| c.as_dvec3());
         Rectangle {
             corner,
-            edges: [e, f],
+            edges: [b - corner, d - corner],
             lengths,
             normal: self.normal,
         }
@@ -386,7 +393,7 @@ impl ShapeKind for Quad {
         let Some(seen) = self.seen_from(from) else {
             let (half, ux) = choose(&self.areas, u.x);
             let p = triangle::point(
-                Self::halves(self.corners)[half],
+                Self::halves(self.flat)[half],
                 triangle::sample_barycentric(Vec2::new(ux as f32, u.y)),
             );
             return area_sample(self.per_area(), from, p, self.normal);

@@ -82,6 +82,35 @@ fn a_rectangle_of_rounded_corners_is_a_rectangle() {
     assert!(Quad::from_corners(turned).lengths.is_none());
 }
 
+/// Otherwise the quad hides the light that leaves it.
+#[test]
+fn light_samples_lie_where_rays_meet_the_quad() {
+    // A general quad with a corner off its plane within the tolerance, and a rectangle that was turned and written with six digits.
+    let general = [
+        Vec3::new(-0.278_419, 0.613_602, -1.164_463),
+        Vec3::new(-0.482_016, -1.007_189, 0.056_841),
+        Vec3::new(0.211_872, -0.496_504, 0.915_848),
+        Vec3::new(0.289_209, 0.604_313, -0.034_105),
+    ];
+    let [o, s, t] = [
+        Vec3::new(0.1, 0.2, -0.3),
+        Vec3::new(0.48, 0.6, -0.64),
+        Vec3::new(0.6, -0.768, -0.27),
+    ];
+    let digits = |v: Vec3| (v * 1e6).round() / 1e6;
+    let rectangle = [o, o + s, o + s + t, o + t].map(digits);
+    for corners in [general, rectangle] {
+        let quad = Quad::from_corners(corners);
+        for i in 0..200 {
+            let u = Vec2::new((i as f32 * 0.618_034).fract(), (i as f32 + 0.5) / 200.0);
+            let from = Vec3::new(3.0, 1.0 + 0.01 * i as f32, 2.0);
+            let sample = quad.sample(from, u).unwrap();
+            let off = (sample.p.as_dvec3() - quad.middle).dot(quad.normal).abs();
+            assert!(off < 2e-7, "{off}");
+        }
+    }
+}
+
 #[test]
 fn u_and_v_tell_nearly_always() {
     let quad = Quad::from_corners([Vec3::ZERO, Vec3::X, Vec3::X + Vec3::Y, Vec3::Y]);
