@@ -11,10 +11,12 @@ const DROPPED: u32 = 12;
 pub struct UnitFloat(u16);
 
 impl UnitFloat {
-    /// The nearest of these numbers to `x`, which is finite.
+    /// The nearest of these numbers to `x`; 0 where it is no number.
     #[inline]
     pub fn new(x: f32) -> Self {
-        let bits = (x.clamp(0.0, 1.0) + OFFSET).to_bits() - OFFSET.to_bits();
+        // `max` is 0 for NaN, `clamp` is not.
+        let inside = x.max(0.0).clamp(0.0, 1.0);
+        let bits = (inside + OFFSET).to_bits() - OFFSET.to_bits();
         Self(((bits + (1 << (DROPPED - 1))) >> DROPPED) as u16)
     }
 
