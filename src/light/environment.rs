@@ -32,7 +32,7 @@ use serde::Deserialize;
 
 use super::LightSample;
 use crate::{
-    math::{ColorConversion, DMat3, Dispatch, Rgb, UnitFloat, Vec2, Vec3, WorkingSpace, float, trig},
+    math::{ColorConversion, DMat3, Dispatch, Rgb, Vec2, Vec3, WorkingSpace, float, trig},
     texture::Bitmap,
     value::{NonNegative, Point, Spanned},
 };
@@ -56,10 +56,8 @@ pub struct EnvironmentDesc {
 /// An environment map.
 #[derive(Clone, Debug)]
 pub struct Environment {
-    /// Row by row from the top, in units of `unit`.
-    texels: Vec<[UnitFloat; 3]>,
-    /// The largest number of a texel, in W m^-2 sr^-1.
-    unit: f32,
+    /// Row by row from the top, in W m^-2 sr^-1.
+    texels: Vec<Rgb>,
     width: usize,
     height: usize,
     world_from_map: Mat3,
@@ -99,28 +97,19 @@ impl Environment {
             own.map(|v| (v.max(0.0) * intensity).min(f32::MAX))
         };
         let is_negative = |c: Rgb| c.r < 0.0 || c.g < 0.0 || c.b < 0.0;
-        let row = |y| {
-            let largest = (0..picture.width).fold(0.0, |most, x| texel(x, y).max_component().max(most));
-            let clamped = (0..picture.width).filter(|x| is_negative(picture.rgb(*x, y))).count();
-            (largest, clamped as u64)
-        };
-        let (largest, clamped) = (0..picture.height)
-            .into_par_iter()
-            .map(row)
-            .reduce(|| (0.0_f32, 0), |(a, m), (b, n)| (a.max(b), m + n));
-        let unit = largest.max(f32::MIN_POSITIVE);
-        let mut texels = vec![[UnitFloat::default(); 3]; width * height];
-        texels
+        let mut texels = vec![Rgb::BLACK; width * height];
+        let clamped = texels
             .par_chunks_mut(width)
             .zip(0..picture.height)
-            .for_each(|(row, y)| {
+            .map(|(row, y)| {
                 for (to, x) in row.iter_mut().zip(0..) {
-                    *to = (texel(x, y) / unit).to_array().map(UnitFloat::new);
+                    *to = texel(x, y);
                 }
-            });
+                (0..picture.width).filter(|x| is_negative(picture.rgb(*x, y))).count() as u64
+            })
+            .sum();
         let mut environment = Self {
             texels,
-            unit,
             width,
             height,
             world_from_map: world_from_map.as_mat3(),
@@ -176,9 +165,9 @@ impl Environment {
     /// The radiance at a point of the map, linear between the centres of the texels.
     fn at(&self, at: MapPoint) -> Rgb {
         let Corners { texels, f } = self.corners(at);
-        let [a, b, c, d] = texels.map(|i| color(self.texels[i as usize]));
+        let [a, b, c, d] = texels.map(|i| self.texels[i as usize]);
         let (upper, lower) = (a * (1.0 - f.x) + b * f.x, c * (1.0 - f.x) + d * f.x);
-        (upper * (1.0 - f.y) + lower * f.y) * self.unit
+        upper * (1.0 - f.y) + lower * f.y
     }
 
     /// The texels around a point of the map.
@@ -200,14 +189,13 @@ impl Environment {
         }
     }
 
-    /// The mean luminance within each texel, under linear interpolation, in units of [`Environment::unit`]. It is above 0 wherever
-    /// the radiance is.
+    /// The mean luminance within each texel, under linear interpolation. It is above 0 wherever the radiance is.
     fn luminances(&self) -> Vec<f32> {
         let mut luminances = vec![0.0; self.texels.len()];
         luminances.par_chunks_mut(self.width).enumerate().for_each(|(row, to)| {
             let rows = [row.saturating_sub(1), row, (row + 1).min(self.height - 1)];
             let column = |i: usize| {
-                let [above, own, below] = rows.map(|j| luminance(color(self.texels[j * self.width + i])));
+                let [above, own, below] = rows.map(|j| luminance(self.texels[j * self.width + i]));
                 0.125 * (above + below) + 0.75 * own
             };
             let (mut left, mut own) = (column(self.width - 1), column(0));
@@ -219,12 +207,6 @@ impl Environment {
         });
         luminances
     }
-}
-
-/// The colour of a texel.
-#[inline(always)]
-fn color(texel: [UnitFloat; 3]) -> Rgb {
-    Rgb::from_array(texel.map(UnitFloat::get))
 }
 
 /// The luminance of a linear sRGB colour (Rec. 709).

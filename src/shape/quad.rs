@@ -96,13 +96,9 @@ impl QuadDesc {
 #[derive(Clone, Copy, Debug)]
 pub struct Quad {
     corners: [Vec3; 4],
-    /// The corners moved onto the plane, on which rays meet the quad and light samples lie.
-    flat: [Vec3; 4],
     /// The mean of the corners.
     middle: DVec3,
     normal: DVec3,
-    /// The areas of the triangles ABC and ACD, in m^2.
-    areas: [f64; 2],
     /// The lengths of the edges AB and AD, if it is a rectangle up to the rounding of its corners.
     lengths: Option<[f64; 2]>,
     /// The edges from A to B and to D, and how far C is from completing a parallelogram.
@@ -159,17 +155,10 @@ impl Quad {
         // place.
         let steepest = if inverse.is_some() { slope } else { f64::INFINITY };
         let each = 64.0 * f64::from(f32::EPSILON) * steepest;
-        let flat = if skew == DVec3::ZERO {
-            corners
-        } else {
-            [a, b, c, d].map(|c| (c - normal * (c - middle).dot(normal)).as_vec3())
-        };
-        Self {
+        let mut quad = Self {
             corners,
-            flat,
             middle,
             normal,
-            areas: Self::halves(flat).map(triangle::area),
             lengths: is_rectangle.then(|| [e.length(), f.length()]),
             edges: [e, f, skew],
             inverse,
@@ -178,8 +167,21 @@ impl Quad {
                 own: each * (c - a).length().max((d - b).length()) + steepest * skew.length(),
             },
             extent: largest as f32,
-            bounds: Aabb::from_points(corners.into_iter().chain(flat)).padded(1.0),
+            bounds: Aabb::EMPTY,
+        };
+        quad.bounds = Aabb::from_points(corners.into_iter().chain(quad.flat())).padded(1.0);
+        quad
+    }
+
+    /// The corners moved onto the plane, on which rays meet the quad and light samples lie.
+    #[inline]
+    fn flat(&self) -> [Vec3; 4] {
+        if self.edges[2] == DVec3::ZERO {
+            return self.corners;
         }
+        let (n, middle) = (self.normal, self.middle);
+        let on_plane = |c: DVec3| c - n * (c - middle).dot(n);
+        self.corners.map(|c| on_plane(c.as_dvec3()).as_vec3())
     }
 
     /// The cross product of the edges that meet in corner `i`.
@@ -267,7 +269,7 @@ impl Quad {
     /// The rectangle with edges of these lengths, if it is one.
     #[inline(always)]
     fn rectangle(&self, lengths: [f64; 2]) -> Rectangle {
-        let [corner, b, _, d] = self.flat.map(|c| c.as_dvec3());
+        let [corner, b, _, d] = self.flat().map(|c| c.as_dvec3());
         Rectangle {
             corner,
             edges: [b - corner, d - corner],
@@ -283,7 +285,7 @@ impl Quad {
 
     /// Per m^2.
     fn per_area(&self) -> f64 {
-        1.0 / self.areas.iter().sum::<f64>()
+        1.0 / Self::halves(self.flat()).map(triangle::area).iter().sum::<f64>()
     }
 }
 
@@ -391,12 +393,11 @@ impl ShapeKind for Quad {
     #[inline]
     fn sample(&self, from: Vec3, u: Vec2) -> Option<ShapeSample> {
         let Some(seen) = self.seen_from(from) else {
-            let (half, ux) = choose(&self.areas, u.x);
-            let p = triangle::point(
-                Self::halves(self.flat)[half],
-                triangle::sample_barycentric(Vec2::new(ux as f32, u.y)),
-            );
-            return area_sample(self.per_area(), from, p, self.normal);
+            let halves = Self::halves(self.flat());
+            let areas = halves.map(triangle::area);
+            let (half, ux) = choose(&areas, u.x);
+            let p = triangle::point(halves[half], triangle::sample_barycentric(Vec2::new(ux as f32, u.y)));
+            return area_sample(1.0 / (areas[0] + areas[1]), from, p, self.normal);
         };
         let p = seen.sample(u.x.into(), u.y.into());
         let pdf = seen.pdf(p);

@@ -8,7 +8,7 @@ use std::f32::consts::{PI, TAU};
 use super::{Environment, EnvironmentLight, MapPoint, importance::SampledPoint};
 use crate::{
     light::LightSample,
-    math::{Dispatch, Rgb, UnitFloat, Vec2, Vec3, VectorLoop, trig},
+    math::{Dispatch, Rgb, Vec2, Vec3, VectorLoop, trig},
     simd::prefetch,
 };
 
@@ -58,7 +58,7 @@ struct Reads {
     texels: [[u32; LANES]; 4],
     f: [[f32; LANES]; 2],
     /// The red, green and blue of each of the four.
-    numbers: [[[UnitFloat; LANES]; 3]; 4],
+    numbers: [[[f32; LANES]; 3]; 4],
     /// The interpolated radiances.
     colors: [[f32; LANES]; 3],
 }
@@ -68,7 +68,7 @@ impl Reads {
         Self {
             texels: [[0; LANES]; 4],
             f: [[0.0; LANES]; 2],
-            numbers: [[[UnitFloat::default(); LANES]; 3]; 4],
+            numbers: [[[0.0; LANES]; 3]; 4],
             colors: [[0.0; LANES]; 3],
         }
     }
@@ -100,7 +100,6 @@ impl VectorLoop for FindTexels<'_> {
 
 /// Interpolates the texels that were read, as [`Environment::at`] does.
 struct Interpolate<'a> {
-    unit: f32,
     reads: &'a mut Reads,
 }
 
@@ -115,9 +114,9 @@ impl VectorLoop for Interpolate<'_> {
         } = self.reads;
         for k in 0..3 {
             for i in 0..LANES {
-                let upper = a[k][i].get() * (1.0 - fx[i]) + b[k][i].get() * fx[i];
-                let lower = c[k][i].get() * (1.0 - fx[i]) + d[k][i].get() * fx[i];
-                colors[k][i] = (upper * (1.0 - fy[i]) + lower * fy[i]) * self.unit;
+                let upper = a[k][i] * (1.0 - fx[i]) + b[k][i] * fx[i];
+                let lower = c[k][i] * (1.0 - fx[i]) + d[k][i] * fx[i];
+                colors[k][i] = upper * (1.0 - fy[i]) + lower * fy[i];
             }
         }
     }
@@ -171,11 +170,10 @@ impl Environment {
         for (texels, numbers) in reads.texels.iter().zip(&mut reads.numbers) {
             let [r, g, b] = numbers;
             for i in 0..count {
-                [r[i], g[i], b[i]] = self.texels[texels[i] as usize];
+                [r[i], g[i], b[i]] = self.texels[texels[i] as usize].to_array();
             }
         }
-        let unit = self.unit;
-        on.dispatch(Interpolate { unit, reads });
+        on.dispatch(Interpolate { reads });
     }
 
     /// Appends the light from each of these unit directions.
