@@ -62,7 +62,8 @@ impl Observer for Events<'_> {
     fn event(&self, event: &JobEvent<'_>) {
         match (self.format, event) {
             (EventFormat::OpenJd, _) => self.openjd(event),
-            (EventFormat::Json, JobEvent::FrameImage { .. }) => {}
+            // Not for programs; they are not serialized.
+            (EventFormat::Json, JobEvent::FrameImage { .. } | JobEvent::DenoisedFingerprint { .. }) => {}
             // A value has its keys in alphabetical order.
             (EventFormat::Json, _) => say(&serde_json::to_value(event).expect("events are plain data").to_string()),
         }

@@ -123,6 +123,20 @@ fn a_step_that_denoises_keeps_figures_and_a_preview_of_its_frames() {
 }
 
 #[test]
+fn events_of_a_job_that_denoises_are_json() {
+    let folder = folder();
+    let said = folder.succeed(&words(&[JOB, "-o f.#.exr --progress json"]));
+    let events = said
+        .lines()
+        .filter_map(|line| serde_json::from_str::<serde_json::Value>(line).ok());
+    assert_eq!(
+        events.filter(|event| event["event"] == "frame_denoised").count(),
+        5,
+        "{said}"
+    );
+}
+
+#[test]
 fn the_last_part_of_a_step_that_denoises_makes_the_preview_of_all_frames() {
     let folder = folder();
     let job = "-q -o f.#.exr --preview film.png --denoise-step";
