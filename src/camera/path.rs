@@ -19,12 +19,12 @@ use std::{mem::discriminant, ops::RangeInclusive};
 
 use glam::{DQuat, DVec3};
 
-pub use super::curve::Interp;
 use super::{
     Camera, FilmSize, FrameCamera, Lens, LensOverrides, LookAt, Neighbours, Pose, PoseError, RotationOrder,
-    curve::{Channel, Segment, Track, slerp},
     lens::{Aperture, FieldOfView, Sensor},
 };
+pub use crate::math::track::Interp;
+use crate::math::track::{Channel, Segment, Track};
 
 /// Frame numbers lie between minus this and this.
 pub const MAX_FRAME: i64 = 1_000_000_000;
@@ -357,17 +357,6 @@ impl CameraPath {
             }
         };
         posed.map_err(|source| PathError::Pose { frame, source })
-    }
-}
-
-impl Channel for DQuat {
-    fn linear(from: Self, to: Self, u: f64) -> Self {
-        slerp(from / from.length(), to / to.length(), u)
-    }
-
-    fn smooth(segment: &Segment<Self>, frame: f64) -> Self {
-        let ((t1, from), (t2, to)) = (segment.from, segment.to);
-        Self::linear(from, to, (frame - t1) / (t2 - t1))
     }
 }
 
