@@ -3,8 +3,8 @@
 use std::{path::Path, time::Instant};
 
 use super::{
-    CameraRig, Existing, InputHash, Inventory, JobEvent, Observer, Plan, PlannedFrame, Request, SceneFigures, Stale,
-    Summary, Survey,
+    CameraRig, Existing, InputHash, Inventory, JobEvent, Observer, Plan, PlannedFrame, Request, SceneFigures, Scenes,
+    Stale, Summary, Survey,
     products::{denoise, denoised, targets},
     resume::checkpoint,
     resume::job_lock::JobLock,
@@ -237,13 +237,13 @@ impl Job {
             };
             return Ok((plan.clone(), summary));
         }
-        let scene = self.build(scene)?;
-        let plan = plan.metered(&scene, control.cancel)?;
+        let mut scenes = Scenes::still(self.build(scene)?);
+        let plan = plan.metered(scenes.seek(plan.first_frame)?, control.cancel)?;
         let summary = match plan.renders() {
-            true => run(&plan, &scene, &survey, observer, control)?,
+            true => run(&plan, &mut scenes, &survey, observer, control)?,
             false => Summary::default(),
         };
-        let geometry = &scene.geometry.accel;
+        let geometry = &scenes.current().geometry.accel;
         let figures = SceneFigures::new(geometry.geometry(), Some(geometry.stats().build_time));
         let summary = Summary {
             scene: figures,

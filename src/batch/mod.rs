@@ -14,6 +14,7 @@ mod plan;
 mod products;
 mod resume;
 mod run;
+mod scenes;
 mod sight;
 mod summary;
 
@@ -39,4 +40,5 @@ pub use resume::{
     stale::{Stale, StaleReason, Survey},
 };
 pub use run::run;
+pub use scenes::Scenes;
 pub use summary::{SceneFigures, Summary};

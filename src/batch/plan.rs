@@ -70,6 +70,8 @@ pub struct Plan {
     /// Whether other jobs render other frames of the sequence (`--range`, `--part`), whose files beside the pictures this job
     /// joins.
     pub is_chunk: bool,
+    /// The first frame, whichever frames are rendered.
+    pub first_frame: f64,
     /// The first position of the camera, whichever frames are rendered, in m.
     pub first_eye: Option<DVec3>,
     /// The file that the cameras come from.
@@ -107,6 +109,7 @@ impl Plan {
         let JobCameras {
             frames,
             beside,
+            first_frame,
             first_eye,
             metering,
         } = cameras(desc, request, picture.camera, picture.settings.resolution, inputs)?;
@@ -141,6 +144,7 @@ impl Plan {
             whole,
             beside,
             is_chunk: request.range.is_some() || request.part.is_some(),
+            first_frame,
             first_eye,
             camera_path: request.camera_path.clone(),
             picture,

@@ -11,7 +11,7 @@ use rayon::ThreadPoolBuilder;
 
 use super::{
     CameraRig, Existing, Fingerprint, FrameError, FrameFailure, JobEvent, Observer, OnFailure, Plan, PlannedFrame,
-    StaleReason, Summary, Survey, plan::time_limit, products::sidecars, resume::checkpoint, resume::failure,
+    Scenes, StaleReason, Summary, Survey, plan::time_limit, products::sidecars, resume::checkpoint, resume::failure,
     resume::frame_interrupts::FrameInterrupts, sight,
 };
 use crate::{
@@ -20,7 +20,6 @@ use crate::{
     film::Film,
     output::{self, Coverage, Format, FrameImage, OutputError, WriteReport, png::data::saturation},
     render::{Control, Counters, Interrupts, Renderer},
-    scene::Scene,
     warnings::WarningKind,
 };
 
@@ -49,7 +48,7 @@ struct Finished<'a> {
 /// the plan says otherwise; a disk that is full or read-only ends the job. Whatever happens, a file under its own name is whole.
 pub fn run(
     plan: &Plan,
-    scene: &Scene,
+    scenes: &mut Scenes,
     survey: &Survey,
     observer: &dyn Observer,
     control: &Control<'_>,
@@ -62,10 +61,9 @@ pub fn run(
     };
     let start = Instant::now();
     let (send, receive) = sync_channel(1);
-    let coverage = plan.coverage(
-        &scene.shading.background,
-        plan.frames.iter().all(|f| f.camera.fills_film()),
-    );
+    let background = &scenes.current().shading.background;
+    let coverage = plan.coverage(background, plan.frames.iter().all(|f| f.camera.fills_film()));
+    let rig = CameraRig::new(plan, scenes.seek(plan.first_frame)?);
     // Of its own: a thread that renders may have to wait for the writer.
     let encoders = ThreadPoolBuilder::new()
         .num_threads(rayon::current_num_threads().min(MAX_ENCODERS))
@@ -74,8 +72,8 @@ pub fn run(
         .map_err(|cause| Error::threads("the threads that write files", &cause))?;
     let mut written = Ok(WriteSummary::default());
     let rendered = encoders.in_place_scope(|scope| {
-        scope.spawn(|_| written = write_all(plan, (scene, coverage), receive, observer));
-        let rendered = render_all(plan, (scene, survey, coverage), observer, &control, &send);
+        scope.spawn(|_| written = write_all(plan, coverage, receive, observer));
+        let rendered = render_all((plan, &rig), scenes, (survey, coverage), (observer, &control), &send);
         drop(send);
         rendered
     });
@@ -92,7 +90,12 @@ pub fn run(
     };
     summary.failures.extend(failures);
     summary.failures.sort_by_key(|failure| failure.frame);
-    sidecars::write((plan, survey.inputs), scene, &summary.failures, control.cancel)?;
+    sidecars::write(
+        (plan, survey.inputs),
+        (&rig, scenes.current()),
+        &summary.failures,
+        control.cancel,
+    )?;
     summary.wall = start.elapsed();
     summary.rays = counters.rays();
     summary.samples = counters.samples();
@@ -109,14 +112,14 @@ struct WriteSummary {
 }
 
 fn render_all<'a>(
-    plan: &'a Plan,
-    (scene, survey, coverage): (&Scene, &Survey, Coverage),
-    observer: &dyn Observer,
-    control: &Control<'_>,
+    (plan, rig): (&'a Plan, &CameraRig),
+    scenes: &mut Scenes,
+    (survey, coverage): (&Survey, Coverage),
+    (observer, control): (&dyn Observer, &Control<'_>),
     send: &SyncSender<Finished<'a>>,
 ) -> Result<Summary, Error> {
     let mut summary = Summary::default();
-    let (mut renderer, rig) = (Renderer::new(), CameraRig::new(plan, scene));
+    let (mut renderer, mut unjudged) = (Renderer::new(), JUDGED_FRAMES);
     for (index, frame) in plan.frames.iter().enumerate() {
         if plan.policy.existing == Existing::Skip {
             // Another process may have written it meanwhile.
@@ -158,11 +161,15 @@ fn render_all<'a>(
                 .then_some(&interrupts as &dyn Interrupts),
             ..*control
         };
-        let attempt = failure::catch(|| plan.render_frame(&renderer, scene, (frame, &camera), &own_control));
-        let film = match attempt {
+        let attempt = failure::catch(|| {
+            let scene = scenes.seek(f64::from(frame.number))?;
+            Ok(plan.render_frame(&renderer, scene, (frame, &camera), &own_control))
+        });
+        let film = match attempt.and_then(|found: Result<_, Error>| found.map_err(FrameError::from)) {
             Ok(film) => film?,
             Err(cause) => {
                 renderer = Renderer::new();
+                scenes.recover();
                 let failure = FrameFailure {
                     frame: frame.number,
                     cause,
@@ -175,6 +182,15 @@ fn render_all<'a>(
                 }
             }
         };
+        if unjudged > 0
+            && let Some(fault) = sight::fault((&film, coverage), plan, scenes.current(), &camera)
+        {
+            unjudged = 0;
+            let number = frame.number;
+            let text = format!("frame {number}: {fault}");
+            plan.warnings.add_live(WarningKind::PICTURE, number, text);
+        }
+        unjudged = unjudged.saturating_sub(1);
         let took = start.elapsed();
         observer.event(&JobEvent::FrameRendered {
             frame: frame.number,
@@ -216,12 +232,12 @@ fn render_all<'a>(
 /// A file could not be written, and the job is to end.
 fn write_all(
     plan: &Plan,
-    (scene, coverage): (&Scene, Coverage),
+    coverage: Coverage,
     frames: Receiver<Finished<'_>>,
     observer: &dyn Observer,
 ) -> Result<WriteSummary, OutputError> {
     let mut summary = WriteSummary::default();
-    let (mut unjudged, mut saturated) = (JUDGED_FRAMES, 0);
+    let mut saturated = 0;
     let is_final = plan.denoises().is_none();
     for Finished {
         frame,
@@ -230,15 +246,6 @@ fn write_all(
         fingerprint,
     } in frames
     {
-        if unjudged > 0
-            && let Some(fault) = sight::fault((&film, coverage), plan, scene, &camera)
-        {
-            unjudged = 0;
-            let number = frame.number;
-            let text = format!("frame {number}: {fault}");
-            plan.warnings.add_live(WarningKind::PICTURE, number, text);
-        }
-        unjudged = unjudged.saturating_sub(1);
         let mut metadata = fingerprint.metadata(plan, frame.number, &camera);
         time_limit::mark(&mut metadata, plan, &film);
         let image = FrameImage {

@@ -1,5 +1,7 @@
 //! Warnings of pictures that show next to nothing.
 
+use rayon::prelude::*;
+
 use super::Plan;
 use crate::{
     camera::FrameCamera,
@@ -37,9 +39,9 @@ pub(super) fn fault(
         display.gain() * r.max(g).max(b) > CLIPPED && shown(pixel).contains(&255)
     };
     let pixels = film.beauty();
-    let black = pixels.iter().filter(|pixel| is_black(pixel)).count();
+    let black = pixels.par_iter().filter(|pixel| is_black(pixel)).count();
     let lit = pixels.len() - black;
-    let clipped = pixels.iter().filter(|pixel| is_clipped(pixel)).count();
+    let clipped = pixels.par_iter().filter(|pixel| is_clipped(pixel)).count();
     if 2 * clipped > lit {
         let exposure = match &plan.picture.metering_camera {
             None => "; `--exposure auto` shows it as bright as suits it",

@@ -40,6 +40,7 @@ fn blame(cause: FrameError) -> Option<Blame> {
     match cause {
         FrameError::Panic(_) => None,
         FrameError::Output(error) => Some(Error::Output(error).blame()),
+        FrameError::Scene(error) => Some(error.blame()),
     }
 }
 

@@ -28,6 +28,8 @@ pub(in crate::batch) struct JobCameras {
     pub frames: Vec<(i32, FrameCamera)>,
     /// Those of the frames that are not rendered and help to denoise others.
     pub beside: Vec<(i32, FrameCamera)>,
+    /// The first frame, whichever frames are rendered.
+    pub first_frame: f64,
     /// The first position of the camera, in m.
     pub first_eye: Option<DVec3>,
     /// The first camera, whichever frames are rendered, for the picture that is metered.
@@ -59,6 +61,7 @@ pub(in crate::batch) fn cameras(
         return Ok(JobCameras {
             frames: frames.iter().map(of).collect(),
             beside: beside(request, &frames, &all).into_iter().map(of).collect(),
+            first_frame: 1.0,
             first_eye: Some(eye),
             metering: Some(FrameCamera::from(metering)),
         });
@@ -91,6 +94,7 @@ pub(in crate::batch) fn cameras(
             .into_iter()
             .filter_map(|frame| of(frame).ok())
             .collect(),
+        first_frame: *all.start() as f64,
         first_eye,
         metering,
     })

@@ -27,7 +27,7 @@ use crate::{
 /// sequence keeps what others have written of the other frames.
 pub(in crate::batch) fn write(
     (plan, inputs): (&Plan, InputHash),
-    scene: &Scene,
+    (rig, scene): (&CameraRig, &Scene),
     failures: &[FrameFailure],
     cancel: Option<&Cancel>,
 ) -> Result<(), Error> {
@@ -37,7 +37,7 @@ pub(in crate::batch) fn write(
         };
         match sidecar {
             Sidecar::Transforms => {
-                let mut own = Transforms::new((plan, inputs), scene, failures)?;
+                let mut own = Transforms::new((plan, inputs), rig, failures)?;
                 let _gate = FolderGate::close(&atomic::folder_of(&path), cancel);
                 if plan.is_chunk
                     && let Some(others) = Transforms::read(&path, &plan.warnings)
@@ -105,8 +105,7 @@ struct Frame {
 }
 
 impl Transforms {
-    fn new((plan, inputs): (&Plan, InputHash), scene: &Scene, failures: &[FrameFailure]) -> Result<Self, Error> {
-        let rig = CameraRig::new(plan, scene);
+    fn new((plan, inputs): (&Plan, InputHash), rig: &CameraRig, failures: &[FrameFailure]) -> Result<Self, Error> {
         let window = plan.picture.settings.window;
         let frame = |frame: &PlannedFrame| {
             Ok(Frame::new(

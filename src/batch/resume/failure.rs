@@ -7,8 +7,7 @@ use std::{
 
 use serde::Serialize;
 
-use crate::batch::as_text;
-use crate::output::OutputError;
+use crate::{batch::as_text, error::Error, output::OutputError};
 
 /// Whether a job continues after a failed frame.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
@@ -28,6 +27,15 @@ pub enum FrameError {
     Panic(String),
     #[error(transparent)]
     Output(#[from] OutputError),
+    /// The scene of the frame is wrong.
+    #[error(transparent)]
+    Scene(Box<Error>),
+}
+
+impl From<Error> for FrameError {
+    fn from(cause: Error) -> Self {
+        Self::Scene(Box::new(cause))
+    }
 }
 
 /// A frame that failed.
