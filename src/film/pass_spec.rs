@@ -2,7 +2,7 @@
 
 use crate::{
     camera::{Camera, Neighbours},
-    scene::{Component, FirstHit, MatteKind, Scene},
+    scene::{Component, FirstHit, MatteKind, PointMotion, Scene, SceneMotion},
 };
 
 /// One pass.
@@ -110,11 +110,26 @@ pub struct PassContext<'a> {
     /// The camera when the shutter opens, and those of the frames before and after.
     pub camera: &'a Camera,
     pub neighbours: &'a Neighbours,
+    /// The scene at the time of the sample.
     pub scene: &'a Scene,
+    /// The motion of the scene's surfaces; `None` if nothing moves.
+    pub motion: Option<&'a SceneMotion>,
+}
+
+impl PassContext<'_> {
+    /// The motion of the point of a first hit.
+    pub(super) fn motion_of(&self, hit: &FirstHit) -> PointMotion {
+        let resting = PointMotion {
+            before: hit.p,
+            now: hit.p,
+            after: hit.p,
+        };
+        self.motion.map_or(resting, |motion| motion.of(self.scene, hit))
+    }
 }
 
 impl PassSpec {
-    /// Whether it depends on the cameras of the frames before and after.
+    /// Whether it depends on the cameras of the frames before and after, and on what moves between them.
     pub fn follows_motion(&self) -> bool {
         matches!(self.name, "forward" | "backward")
     }

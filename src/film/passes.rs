@@ -202,7 +202,9 @@ pub const PASSES: &[PassSpec] = &[
         background: 0.0,
         display: Display::Signed,
         source: PassSource::FirstHit(|hit, context| {
-            motion::between(hit.p, Some(context.camera), context.neighbours.next.as_ref())
+            let at = context.motion_of(hit);
+            let next = context.neighbours.next.as_ref();
+            motion::between((at.now, Some(context.camera)), (at.after, next))
         }),
         about: "motion of the surface to its place in the next frame: pixels to the right, pixels upwards, and metres of depth",
     },
@@ -214,7 +216,9 @@ pub const PASSES: &[PassSpec] = &[
         background: 0.0,
         display: Display::Signed,
         source: PassSource::FirstHit(|hit, context| {
-            motion::between(hit.p, context.neighbours.previous.as_ref(), Some(context.camera))
+            let at = context.motion_of(hit);
+            let previous = context.neighbours.previous.as_ref();
+            motion::between((at.before, previous), (at.now, Some(context.camera)))
         }),
         about: "the same from its place in the frame before to that in this one; 0 over a cut and where there is no such frame",
     },

@@ -31,9 +31,9 @@ impl PixelSum {
     ///
     /// It is the weighted mean, or the plain mean if the sum of weights is less than a tenth of the samples, because the weighted
     /// mean would have unbounded noise then. Alpha is clamped to `[0, 1]`, because negative lobes of a filter overshoot at
-    /// edges.
+    /// edges. Without samples it is 0.
     pub fn resolve(&self) -> [f32; 4] {
-        let n = self.count as f32;
+        let n = self.count.max(1) as f32;
         let (rgb, alpha) = if self.weight >= 0.1 * n {
             (self.rgb / self.weight, self.alpha / self.weight)
         } else {

@@ -1,4 +1,4 @@
-//! Camera rays of a row of pixels, from random numbers, the pixel filter and the lens.
+//! Camera rays of a row of pixels, or of listed samples, from random numbers, the pixel filter and the lens.
 
 use super::{Content, context::RenderContext, schedule::BlockSpec};
 use crate::{
@@ -6,7 +6,7 @@ use crate::{
     sampler::{Dimension, SampleKeys},
 };
 
-/// The camera rays of a row of pixels; the samples of a pixel are adjacent.
+/// The camera rays of a row of pixels, whose samples are adjacent, or of listed samples.
 #[derive(Default)]
 pub(super) struct CameraRays {
     /// The filter weight of each sample.
@@ -23,15 +23,30 @@ impl CameraRays {
     /// Appends the rays of the block's samples in row `y` to `rays`, [`Ray::NONE`] if no light reaches the film. Each step is
     /// done for all samples before the next.
     pub fn generate(&mut self, context: &RenderContext<'_>, block: &BlockSpec, y: i32, rays: &mut Vec<Ray>) {
-        let settings = context.settings;
-        let sampler = &settings.sampler;
-        let spread = settings.content == Content::Light;
-        self.keys.start(settings.seed, settings.noise_frame);
+        self.keys.start(context.settings.seed, context.settings.noise_frame);
         self.film.clear();
         for x in block.tile.x0..block.tile.x1 {
             self.keys.push([x as u32, y as u32], block.samples.clone());
             self.film.resize(self.keys.len(), pixel_center(x, y));
         }
+        self.append(context, rays);
+    }
+
+    /// Appends the rays of these samples to `rays`, as [`CameraRays::generate`] does.
+    pub fn generate_listed(&mut self, context: &RenderContext<'_>, keys: &SampleKeys, rays: &mut Vec<Ray>) {
+        self.keys.clone_from(keys);
+        self.film.clear();
+        let places = keys.columns.iter().zip(&keys.rows);
+        self.film
+            .extend(places.map(|(x, y)| pixel_center(*x as i32, *y as i32)));
+        self.append(context, rays);
+    }
+
+    /// Appends the rays of `keys`, whose film positions are the centres of their pixels.
+    fn append(&mut self, context: &RenderContext<'_>, rays: &mut Vec<Ray>) {
+        let settings = context.settings;
+        let sampler = &settings.sampler;
+        let spread = settings.content == Content::Light;
         self.weights.clear();
         self.weights.resize(self.keys.len(), 1.0);
         if let Some(filter) = settings.filter.as_ref().filter(|_| spread) {
@@ -44,7 +59,7 @@ impl CameraRays {
         } else {
             self.lens.resize(self.keys.len(), Vec2::splat(0.5));
         }
-        if context.frame_camera.moves() && spread {
+        if context.camera_moves && spread {
             sampler.fill_2d(context.simd, &self.keys, Dimension::TIME, &mut self.u);
             for ((time, film), lens) in self.u.iter().zip(&self.film).zip(&self.lens) {
                 let ray = context.frame_camera.camera(time.x).ray(*film, *lens);
@@ -55,12 +70,16 @@ impl CameraRays {
         }
     }
 
-    /// Appends the squared distances of the row's samples from their pixels' centres.
-    pub fn distances_squared(&self, block: &BlockSpec, y: i32, out: &mut Vec<f32>) {
-        let pixels = self.film.chunks_exact(block.samples.len());
-        for (x, samples) in (block.tile.x0..).zip(pixels) {
-            out.extend(samples.iter().map(|at| at.distance_squared(pixel_center(x, y))));
-        }
+    /// Appends the squared distances of the generated samples from their pixels' centres.
+    pub fn distances_squared(&self, out: &mut Vec<f32>) {
+        let centers = self.keys.columns.iter().zip(&self.keys.rows);
+        let centers = centers.map(|(x, y)| pixel_center(*x as i32, *y as i32));
+        out.extend(
+            self.film
+                .iter()
+                .zip(centers)
+                .map(|(at, center)| at.distance_squared(center)),
+        );
     }
 }
 

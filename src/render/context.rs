@@ -1,26 +1,43 @@
 //! The data that all waves of a frame share.
 
-use super::Settings;
+use super::{Settings, moments::Moment};
 use crate::{
     camera::{Camera, FrameCamera},
-    film::{FilmLayout, accumulator::AccumulatorLayout, layout::Needs},
+    film::{FilmLayout, accumulator::AccumulatorLayout, layout::Needs, passes::PassContext},
     integrator::{Integrator, PathState},
     math::{RayCone, Rgb, Vec2},
     sampler::{Dimension, PathSampler, SampleUse},
-    scene::{MediumStack, Scene, SurfaceInteraction},
+    scene::{MediumStack, Scene, SceneMotion, SurfaceInteraction},
     simd::Isa,
 };
 
-/// The data that all waves of a frame share.
+/// The data of a frame that stays while its scene moves.
+pub(super) struct FrameInputs<'a> {
+    /// The camera around the scene's origin.
+    pub camera: FrameCamera,
+    pub integrator: &'a dyn Integrator,
+    pub settings: &'a Settings,
+    pub layout: &'a FilmLayout,
+    pub accumulators: AccumulatorLayout,
+    /// The places of what moves, if a pass shows its motion.
+    pub motion: Option<SceneMotion>,
+}
+
+/// The data that all waves of a frame share, of a moving scene those of a moment.
 pub(super) struct RenderContext<'a> {
     pub scene: &'a Scene,
     pub frame_camera: &'a FrameCamera,
     /// The camera when the shutter opens.
+    opening: Camera,
+    /// The camera at the moment; without one, that when the shutter opens.
     pub camera: Camera,
+    /// Whether each sample has a camera of its own.
+    pub camera_moves: bool,
     pub integrator: &'a dyn Integrator,
     pub settings: &'a Settings,
     pub needs: Needs,
-    pub accumulators: AccumulatorLayout,
+    pub accumulators: &'a AccumulatorLayout,
+    pub frame: &'a FrameInputs<'a>,
     /// Whether paths may pass surfaces, by their opacity or because another medium fills the space.
     pub paths_pass: bool,
     /// Whether shadow rays may pass surfaces, or are attenuated by media.
@@ -36,24 +53,23 @@ pub(super) struct RenderContext<'a> {
 }
 
 impl<'a> RenderContext<'a> {
-    pub fn new(
-        scene: &'a Scene,
-        frame_camera: &'a FrameCamera,
-        integrator: &'a dyn Integrator,
-        settings: &'a Settings,
-        layout: &FilmLayout,
-    ) -> Self {
+    pub fn new(scene: &'a Scene, frame: &'a FrameInputs<'a>, moment: Option<Moment>) -> Self {
+        let FrameInputs { camera, settings, .. } = frame;
+        let (frame_camera, opening) = (camera, camera.camera(0.0));
+        let camera = moment.map_or(opening, |moment| frame_camera.camera(moment.time() as f32));
         // A sample has its share of the centre pixel; other pixels subtend no larger angle.
-        let camera = frame_camera.camera(0.0);
         let cone = || camera.pixel_cone().shared(settings.samples.max);
         Self {
             scene,
             frame_camera,
+            opening,
             camera,
-            integrator,
+            camera_moves: moment.is_none() && frame_camera.moves(),
+            integrator: frame.integrator,
             settings,
-            needs: layout.needs(),
-            accumulators: settings.accumulator_layout(layout),
+            needs: frame.layout.needs(),
+            accumulators: &frame.accumulators,
+            frame,
             paths_pass: !scene.is_opaque() || scene.shading.media.has_priorities(),
             shadow_rays_pass: !scene.is_opaque() || scene.shading.media.lets_shadow_rays_through(),
             media: media_of(scene, &camera),
@@ -65,6 +81,23 @@ impl<'a> RenderContext<'a> {
 }
 
 impl RenderContext<'_> {
+    /// The data that passes read beside first hits.
+    pub fn passes(&self) -> PassContext<'_> {
+        PassContext {
+            camera: &self.opening,
+            neighbours: self.frame_camera.neighbours(),
+            scene: self.scene,
+            motion: self.frame.motion.as_ref(),
+        }
+    }
+
+    /// The path of a sample before its first hit.
+    pub fn path(&self, sample: u32) -> PathState {
+        let mut path = PathState::start(sample);
+        (path.cone, path.last.media) = (self.cone.unwrap_or_default(), self.media);
+        path
+    }
+
     /// An estimate of the albedo at the first surface, by the random numbers of the path's direction.
     pub fn sample_albedo(&self, surface: &SurfaceInteraction, path: &PathState, numbers: &PathSampler<'_>) -> Rgb {
         self.scene.sample_albedo(surface, path.last.media, || {

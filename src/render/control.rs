@@ -71,16 +71,13 @@ impl Counters {
         self.samples.fetch_add(samples, Ordering::Relaxed);
         self.rays.fetch_add(stats.rays, Ordering::Relaxed);
         self.segments.fetch_add(stats.segments, Ordering::Relaxed);
+        if stats.invalid.count > 0 {
+            lock(&self.invalid).add(&stats.invalid);
+        }
     }
 
     pub(super) fn add_saved(&self, samples: u64) {
         self.saved.fetch_add(samples, Ordering::Relaxed);
-    }
-
-    pub(super) fn add_invalid(&self, invalid: &InvalidSamples) {
-        if invalid.count > 0 {
-            lock(&self.invalid).add(invalid);
-        }
     }
 }
 

@@ -5,7 +5,6 @@ use crate::{
     film::{Film, PassSpec, passes},
     integrator::Integrator,
     scene::Scene,
-    value::UnknownName,
 };
 
 pub mod adaptive;
@@ -13,8 +12,11 @@ mod batch_inputs;
 mod camera_rays;
 mod context;
 mod control;
+mod error;
 mod interrupts;
 mod invalid_samples;
+mod moments;
+mod moving_scene;
 mod sample_block;
 pub mod schedule;
 mod settings;
@@ -28,24 +30,18 @@ mod wave_stats;
 
 pub use adaptive::AdaptiveSampling;
 pub use control::{Cancel, Cancelled, Control, Counters, TileSink};
+pub use error::RenderError;
 pub use interrupts::{Interrupts, PartialFrame, ShowRequest};
 pub use invalid_samples::InvalidSamples;
+pub use moving_scene::{MovingScene, SceneTime};
 pub use schedule::SampleBudget;
 pub use settings::{Content, Settings};
 pub use tile_result::TileResult;
 
-use context::RenderContext;
+use context::FrameInputs;
+use moments::Moments;
+use moving_scene::StillScene;
 use wave_pool::WavePool;
-
-/// Why a frame was not rendered.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum RenderError {
-    #[error(transparent)]
-    Cancelled(#[from] Cancelled),
-    /// A pass shows a light group that the scene does not have.
-    #[error(transparent)]
-    Pass(#[from] UnknownName),
-}
 
 /// Renders frames, and reuses the memory of its waves.
 #[derive(Default)]
@@ -74,12 +70,45 @@ impl Renderer {
         settings: &Settings,
         control: &Control<'_>,
     ) -> Result<Film, RenderError> {
-        let picture = picture_of(integrator);
-        let layout = settings.film_layout(picture, scene.shading.light_groups.names())?;
-        let layout = layout.with_mattes(|| scene.mattes());
-        let frame_camera = &frame_camera.moved(-scene.origin);
-        let context = RenderContext::new(scene, frame_camera, integrator, settings, &layout);
-        Ok(tiles::render(&context, &layout, &self.waves, control)?)
+        self.render_moving(&mut StillScene(scene), frame_camera, integrator, settings, control)
+    }
+
+    /// Renders one frame of a scene that may move while the shutter is open, as [`Renderer::render`] does.
+    ///
+    /// The scene is sought at each moment of the shutter, of which there are 64 at least. With [`SampleBudget::progressive`], and
+    /// with a time limit, the bits of the film also depend on the rounds: the samples of a round are added in the order of their
+    /// moments.
+    ///
+    /// # Errors
+    /// As those of [`Renderer::render`], and those of the scene.
+    pub fn render_moving<S: MovingScene>(
+        &self,
+        scenes: &mut S,
+        frame_camera: &FrameCamera,
+        integrator: &dyn Integrator,
+        settings: &Settings,
+        control: &Control<'_>,
+    ) -> Result<Film, S::Error> {
+        let scene = scenes.at(SceneTime::OPENING)?;
+        let layout = settings.film_layout(picture_of(integrator), scene.shading.light_groups.names());
+        let layout = layout.map_err(RenderError::from)?.with_mattes(|| scene.mattes());
+        let camera = frame_camera.moved(-scene.origin);
+        let moves = !scenes.is_still();
+        let follows_motion = layout.planes().iter().any(|plane| plane.pass.follows_motion());
+        let frame = FrameInputs {
+            motion: match moves && follows_motion {
+                true => Some(moving_scene::motion(scenes, camera.neighbours())?),
+                false => None,
+            },
+            accumulators: settings.accumulator_layout(&layout),
+            camera,
+            integrator,
+            settings,
+            layout: &layout,
+        };
+        let blurs = moves && frame.camera.exposure() > 0.0 && settings.content == Content::Light;
+        let moments = blurs.then(|| Moments::new(settings));
+        tiles::render(&frame, (scenes, moments), &self.waves, control)
     }
 }
 

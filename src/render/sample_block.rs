@@ -9,9 +9,17 @@ use crate::{
     sampler::{SampleKey, SampleKeys},
 };
 
-/// The samples of a wave: a range of samples of each pixel of a tile; the samples of a pixel are adjacent.
+/// The samples of a wave: a range of samples of each pixel of a tile, where the samples of a pixel are adjacent, or those of a
+/// list.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct SampleBlock {
+pub(super) enum SampleBlock<'a> {
+    Tile(TileBlock),
+    Listed(&'a SampleKeys),
+}
+
+/// A range of samples of each pixel of a tile.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct TileBlock {
     tile: Window,
     first_sample: u32,
     samples_per_pixel: Divisor,
@@ -19,26 +27,33 @@ pub(super) struct SampleBlock {
     layout: BatchLayout,
 }
 
-impl SampleBlock {
+impl SampleBlock<'_> {
     pub fn new(spec: &BlockSpec) -> Self {
-        Self {
+        Self::Tile(TileBlock {
             tile: spec.tile,
             first_sample: spec.samples.start,
             samples_per_pixel: Divisor::new(spec.samples.len() as u32),
             width: Divisor::new(spec.tile.width()),
             layout: BatchLayout::Rows(spec.tile.width() * spec.samples.len() as u32),
-        }
+        })
     }
 
     /// The layout of the samples' rays; rays of ended paths are missing.
     pub fn layout(&self) -> BatchLayout {
-        self.layout
+        match self {
+            Self::Tile(block) => block.layout,
+            Self::Listed(_) => BatchLayout::Unordered,
+        }
     }
 
     /// The key of the sample with this index in the wave.
     #[inline]
     pub fn key(&self, settings: &Settings, index: u32) -> SampleKey {
-        let (pixel, sample) = self.pixel_and_sample(index);
+        let block = match self {
+            Self::Tile(block) => block,
+            Self::Listed(keys) => return keys.get(index as usize),
+        };
+        let (pixel, sample) = block.pixel_and_sample(index);
         SampleKey {
             seed: settings.seed,
             frame: settings.noise_frame,
@@ -57,17 +72,29 @@ impl SampleBlock {
         keys: &mut SampleKeys,
     ) {
         keys.start(settings.seed, settings.noise_frame);
+        let block = match self {
+            Self::Tile(block) => block,
+            Self::Listed(all) => {
+                let listed = indices.iter().map(|&i| paths[i as usize].sample as usize);
+                keys.columns.extend(listed.clone().map(|i| all.columns[i]));
+                keys.rows.extend(listed.clone().map(|i| all.rows[i]));
+                keys.samples.extend(listed.map(|i| all.samples[i]));
+                return;
+            }
+        };
         keys.samples.extend(indices.iter().map(|&i| paths[i as usize].sample));
         keys.columns.resize(indices.len(), 0);
         keys.rows.resize(indices.len(), 0);
         on.dispatch(FillKeys {
-            block: self,
+            block,
             columns: &mut keys.columns,
             rows: &mut keys.rows,
             samples: &mut keys.samples,
         });
     }
+}
 
+impl TileBlock {
     /// The pixel and the number of the sample with this index. Columns and rows of overscan are modulo 2^32.
     #[inline(always)]
     fn pixel_and_sample(&self, index: u32) -> ([u32; 2], u32) {
@@ -83,7 +110,7 @@ impl SampleBlock {
 
 /// Computes keys from indices in the wave.
 struct FillKeys<'a> {
-    block: &'a SampleBlock,
+    block: &'a TileBlock,
     columns: &'a mut [u32],
     rows: &'a mut [u32],
     /// In: indices in the wave; out: numbers of samples.

@@ -64,6 +64,11 @@ impl SampleBudget {
         }
     }
 
+    /// Whether a tile with `done` samples stops, and is not finished.
+    pub fn is_stop(&self, done: u32) -> bool {
+        done < self.max && done > 0 && self.next_stop(done - 1) == done
+    }
+
     /// The same budget with a time limit.
     pub const fn within(self, time: Duration) -> Self {
         Self {
@@ -111,6 +116,13 @@ pub struct BlockSpec {
     pub samples: Range<u32>,
 }
 
+/// The samples of a round that are taken together, moment by moment: those up to the next stop, and no more than waves hold.
+pub fn sweep(budget: &SampleBudget, round: Range<u32>) -> Range<u32> {
+    const MOST: u32 = 4096;
+    let stop = budget.next_stop(round.start).min(round.start.saturating_add(MOST));
+    round.start..stop.min(round.end)
+}
+
 /// Divides these samples of the pixels of `tile` into blocks, in order. Each is as large as a wave, or has one sample of each
 /// pixel.
 pub fn blocks(tile: Window, samples: Range<u32>) -> impl Iterator<Item = BlockSpec> {
@@ -131,11 +143,11 @@ pub fn tiles(window: Window, resolution: [u32; 2], budget: &SampleBudget, side: 
 }
 
 /// The side of the tiles of a window. A tile holds a wave with at least 16 samples per pixel, and each of `threads` threads
-/// gets several tiles.
-pub fn tile_side(window: Window, budget: &SampleBudget, threads: usize) -> u32 {
+/// gets several tiles. Where the samples are taken at `moments` times, it holds a wave of each.
+pub fn tile_side(window: Window, budget: &SampleBudget, moments: u32, threads: usize) -> u32 {
     const MIN_PIXELS: u32 = 64;
-    let together = budget.max.clamp(1, 16);
-    let pixels = WAVE_SIZE as u32 / together;
+    let together = budget.max.clamp(1, 16 * moments);
+    let pixels = WAVE_SIZE as u32 * moments / together;
     let share = (window.area() / (8 * threads.max(1))).max(MIN_PIXELS as usize);
     pixels.min(share as u32).max(MIN_PIXELS).isqrt()
 }
@@ -222,7 +234,7 @@ mod tests {
     #[test]
     fn a_tile_holds_a_wave_of_sixteen_samples_and_every_thread_has_several() {
         let full = Window::full([1280, 720]);
-        let side = |samples, window| tile_side(window, &SampleBudget::fixed(samples), 2);
+        let side = |samples, window| tile_side(window, &SampleBudget::fixed(samples), 1, 2);
         let wave = (WAVE_SIZE as u32 / 16).isqrt();
         assert_eq!((side(16, full), side(64, full)), (wave, wave));
         assert_eq!(side(1, full), (WAVE_SIZE as u32).isqrt());

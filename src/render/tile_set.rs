@@ -1,8 +1,8 @@
 //! The tiles of a frame with their samples so far.
 
-use std::time::Duration;
+use std::{ops::Range, time::Duration};
 
-use super::{AdaptiveSampling, Settings, schedule};
+use super::{AdaptiveSampling, Settings, context::FrameInputs, moments::Moment, schedule};
 use crate::film::{Film, TileAccumulator, Window, accumulator::AccumulatorLayout};
 
 /// A tile of a frame.
@@ -10,6 +10,8 @@ pub(super) struct Tile {
     pub window: Window,
     /// The number of samples of each pixel so far.
     pub done: u32,
+    /// The number of moments of a shutter at which those of the next samples have been taken that belong to them.
+    pub moments: u32,
     /// Whether its noise is low enough, so that it gets no more samples.
     pub is_converged: bool,
     /// The end of the last round that was reported to a sink.
@@ -19,6 +21,24 @@ pub(super) struct Tile {
 }
 
 impl Tile {
+    /// Whether any of its pixels has a sample.
+    fn has_samples(&self) -> bool {
+        self.done > 0 || self.moments > 0
+    }
+
+    /// Whether it is to get those of these samples that belong to a moment.
+    pub fn lacks(&self, moment: Moment, samples: &Range<u32>) -> bool {
+        !self.is_converged && self.done < samples.end && self.moments <= moment.index()
+    }
+
+    /// The sums of its samples.
+    pub fn sums(&mut self, frame: &FrameInputs<'_>) -> &mut TileAccumulator {
+        let Self {
+            window, accumulator, ..
+        } = self;
+        accumulator.get_or_insert_with(|| TileAccumulator::new(*window, &frame.accumulators))
+    }
+
     /// Decides whether the samples so far are enough by this rule, without which they never are.
     pub fn judge(&mut self, rule: Option<&AdaptiveSampling>) {
         let Some(accumulator) = &mut self.accumulator else {
@@ -34,6 +54,8 @@ impl Tile {
 /// The tiles of a frame.
 pub(super) struct TileSet {
     side: u32,
+    /// The samples that are being taken moment by moment; `None` before the first moment and after the last.
+    pub sweep: Option<Range<u32>>,
     pub tiles: Vec<Tile>,
 }
 
@@ -43,6 +65,7 @@ impl TileSet {
         let tile = |window| Tile {
             window,
             done: 0,
+            moments: 0,
             is_converged: false,
             reported: 0,
             accumulator: None,
@@ -50,8 +73,19 @@ impl TileSet {
         let tiles = schedule::tiles(settings.window, settings.resolution, &settings.samples, side);
         Self {
             side,
+            sweep: None,
             tiles: tiles.into_iter().map(tile).collect(),
         }
+    }
+
+    /// Begins to take these samples moment by moment, or continues with those of an earlier, unfinished render, and returns them.
+    pub fn begin_sweep(&mut self, samples: Range<u32>) -> Range<u32> {
+        self.sweep.get_or_insert(samples).clone()
+    }
+
+    /// Whether any tile is to get those of these samples that belong to a moment.
+    pub fn lack(&self, moment: Moment, samples: &Range<u32>) -> bool {
+        self.tiles.iter().any(|tile| tile.lacks(moment, samples))
     }
 
     /// Whether all tiles have converged.
@@ -68,7 +102,7 @@ impl TileSet {
 
     /// Writes the current pixels into a film, except those without samples and those that it already has.
     pub fn resolve_into(&self, layout: &AccumulatorLayout, film: &mut Film) {
-        for tile in self.tiles.iter().filter(|tile| tile.done > 0) {
+        for tile in self.tiles.iter().filter(|tile| tile.has_samples()) {
             if let Some(accumulator) = &tile.accumulator {
                 accumulator.resolve_into(layout, film);
             }
@@ -80,9 +114,12 @@ impl TileSet {
         let mut out = Vec::new();
         out.extend(self.side.to_le_bytes());
         out.extend(elapsed.as_secs_f64().to_le_bytes());
+        let Range { start, end } = self.sweep.clone().unwrap_or_default();
+        out.extend([start, end].map(u32::to_le_bytes).as_flattened());
         for tile in &self.tiles {
-            let accumulator = tile.accumulator.as_ref().filter(|_| tile.done > 0);
-            out.extend(accumulator.map_or(0, |_| tile.done).to_le_bytes());
+            let accumulator = tile.accumulator.as_ref().filter(|_| tile.has_samples());
+            let done = accumulator.map_or([0; 2], |_| [tile.done, tile.moments]);
+            out.extend(done.map(u32::to_le_bytes).as_flattened());
             if let Some(accumulator) = accumulator {
                 out.push(u8::from(tile.is_converged));
                 accumulator.write_state(&mut out);
@@ -99,9 +136,12 @@ impl TileSet {
             return None;
         }
         let mut set = Self::new(settings, side);
+        let [start, end] = [take(&mut bytes)?, take(&mut bytes)?].map(|bytes| u32::from_le_bytes(*bytes));
+        set.sweep = Some(start..end).filter(|sweep| !sweep.is_empty());
         for tile in &mut set.tiles {
             tile.done = u32::from_le_bytes(*take(&mut bytes)?);
-            if tile.done > 0 {
+            tile.moments = u32::from_le_bytes(*take(&mut bytes)?);
+            if tile.has_samples() {
                 let [is_converged] = *take(&mut bytes)?;
                 tile.is_converged = is_converged != 0;
                 let mut accumulator = TileAccumulator::new(tile.window, layout);

@@ -1,4 +1,4 @@
-//! The distribution of a frame's tiles to the threads, round by round.
+//! The distribution of a frame's tiles to the threads, round by round and moment by moment.
 
 use std::{
     ops::Range,
@@ -9,14 +9,15 @@ use std::{
 use rayon::prelude::*;
 
 use super::{
-    Cancelled, Control, TileResult,
-    context::RenderContext,
+    Cancelled, Control, MovingScene, RenderError, SceneTime, TileResult,
+    context::{FrameInputs, RenderContext},
     interrupts::PartialFrame,
+    moments::{Moment, Moments, Sweep},
     schedule,
     tile_set::{Tile, TileSet},
     wave_pool::WavePool,
 };
-use crate::film::{Film, FilmLayout, TileAccumulator};
+use crate::film::Film;
 
 /// Why threads stopped before the end of a round.
 enum Stop {
@@ -31,42 +32,163 @@ impl From<Cancelled> for Stop {
     }
 }
 
-/// Renders all rounds of a frame.
-pub(super) fn render(
-    context: &RenderContext<'_>,
-    layout: &FilmLayout,
+/// Renders all rounds of a frame, of a moving scene at these moments.
+pub(super) fn render<S: MovingScene>(
+    frame: &FrameInputs<'_>,
+    (scenes, moments): (&mut S, Option<Moments>),
     waves: &WavePool,
     control: &Control<'_>,
-) -> Result<Film, Cancelled> {
-    let (settings, interrupts) = (context.settings, control.interrupts);
-    let start = Instant::now();
-    let (mut tiles, before) = begin(context, control);
-    let keeps_sums = interrupts.is_some_and(|i| i.keep_state());
-    let mut film = Film::new(settings.resolution, settings.window, layout);
-    let mut done = tiles.samples();
-    while let Some(samples) = schedule::next_round(&settings.samples, done, before + start.elapsed()) {
-        let finishes_tiles = samples.end == settings.samples.max && !keeps_sums;
+) -> Result<Film, S::Error> {
+    let budget = &frame.settings.samples;
+    let mut progress = Progress::new(frame, moments, waves, control);
+    let mut done = progress.tiles.samples();
+    while let Some(mut samples) = progress.next_round(done) {
+        if let Some(moments) = moments {
+            samples = progress.tiles.begin_sweep(schedule::sweep(budget, samples));
+            for moment in (0..moments.count()).map(|index| moments.get(index)) {
+                if progress.tiles.lack(moment, &samples) {
+                    let scene = scenes.at(SceneTime::Shutter(moment.time()))?;
+                    let context = RenderContext::new(scene, frame, Some(moment));
+                    let rendered = progress.moment(&context, moment, &samples);
+                    rendered.map_err(RenderError::from)?;
+                }
+            }
+            progress.end_sweep(&samples).map_err(RenderError::from)?;
+        } else {
+            let context = RenderContext::new(scenes.at(SceneTime::OPENING)?, frame, None);
+            progress.round(&context, &samples).map_err(RenderError::from)?;
+        }
+        done = samples.end;
+        if progress.tiles.are_converged() {
+            done = budget.max;
+            break;
+        }
+    }
+    Ok(progress.finish(done))
+}
+
+/// A frame that is being rendered.
+struct Progress<'a> {
+    frame: &'a FrameInputs<'a>,
+    waves: &'a WavePool,
+    control: &'a Control<'a>,
+    tiles: TileSet,
+    film: Film,
+    start: Instant,
+    /// The time that an earlier, unfinished render took.
+    before: Duration,
+}
+
+impl<'a> Progress<'a> {
+    /// Begins a frame, with the samples of an earlier, unfinished render.
+    fn new(
+        frame: &'a FrameInputs<'a>,
+        moments: Option<Moments>,
+        waves: &'a WavePool,
+        control: &'a Control<'a>,
+    ) -> Self {
+        let settings = frame.settings;
+        let state = control.interrupts.and_then(|interrupts| interrupts.earlier_state());
+        let earlier = state.and_then(|bytes| TileSet::from_state(settings, &frame.accumulators, &bytes));
+        let (tiles, before) = earlier.unwrap_or_else(|| {
+            let times = moments.map_or(1, Moments::count);
+            let threads = rayon::current_num_threads();
+            let side = schedule::tile_side(settings.window, &settings.samples, times, threads);
+            (TileSet::new(settings, side), Duration::ZERO)
+        });
+        Self {
+            frame,
+            waves,
+            control,
+            tiles,
+            film: Film::new(settings.resolution, settings.window, frame.layout),
+            start: Instant::now(),
+            before,
+        }
+    }
+
+    fn next_round(&self, done: u32) -> Option<Range<u32>> {
+        let elapsed = self.before + self.start.elapsed();
+        schedule::next_round(&self.frame.settings.samples, done, elapsed).or(self.tiles.sweep.clone())
+    }
+
+    /// Gives all tiles these samples.
+    fn round(&mut self, context: &RenderContext<'_>, samples: &Range<u32>) -> Result<(), Cancelled> {
+        let (frame, waves, control) = (self.frame, self.waves, self.control);
+        let finishes_tiles = self.finishes_tiles(samples);
+        self.on_all(1, |tiles, film| {
+            tiles.iter_mut().try_for_each(|tile| {
+                render_tile(tile, context, samples.clone(), waves, control)?;
+                if finishes_tiles {
+                    resolve(tile, frame, film);
+                }
+                Ok(())
+            })
+        })
+    }
+
+    /// Gives all tiles those of these samples that belong to a moment.
+    fn moment(&mut self, context: &RenderContext<'_>, moment: Moment, samples: &Range<u32>) -> Result<(), Cancelled> {
+        let (waves, control) = (self.waves, self.control);
+        let largest = self.tiles.tiles.iter().map(|tile| tile.window.area()).max();
+        let together = moment.tiles_of_wave(largest.unwrap_or(1), samples.len());
+        let share = self.tiles.tiles.len() / (4 * rayon::current_num_threads());
+        self.on_all(together.min(share).max(1), |tiles, _| {
+            render_moment(tiles, context, (moment, samples.clone()), waves, control)
+        })
+    }
+
+    /// Ends the round of these samples, which all tiles have of all moments.
+    fn end_sweep(&mut self, samples: &Range<u32>) -> Result<(), Cancelled> {
+        let (frame, control) = (self.frame, self.control);
+        let finishes_tiles = self.finishes_tiles(samples);
+        self.on_all(1, |tiles, film| {
+            for tile in tiles {
+                if !tile.is_converged && tile.done < samples.end {
+                    (tile.done, tile.moments) = (samples.end, 0);
+                    judge(tile, frame, control);
+                }
+                report(tile, frame, samples, control);
+                if finishes_tiles {
+                    resolve(tile, frame, film);
+                }
+            }
+            Ok(())
+        })?;
+        self.tiles.sweep = None;
+        Ok(())
+    }
+
+    /// Whether tiles need their sums no longer after a round of these samples.
+    fn finishes_tiles(&self, samples: &Range<u32>) -> bool {
+        let keeps_sums = self.control.interrupts.is_some_and(|i| i.keep_state());
+        samples.end == self.frame.settings.samples.max && !keeps_sums
+    }
+
+    /// Does `work` for all tiles, so many together, on all threads. It is repeated for all of them after a pause.
+    fn on_all(
+        &mut self,
+        together: usize,
+        work: impl Fn(&mut [Tile], &Mutex<&mut Film>) -> Result<(), Stop> + Sync,
+    ) -> Result<(), Cancelled> {
+        let control = self.control;
         loop {
-            let shared = Mutex::new(&mut film);
-            let round = tiles.tiles.par_iter_mut().with_max_len(1).try_for_each(|tile| {
+            let shared = Mutex::new(&mut self.film);
+            let tiles = self.tiles.tiles.par_chunks_mut(together).with_max_len(1);
+            let done = tiles.try_for_each(|tiles| {
                 if control.is_cancelled() {
                     return Err(Stop::Cancelled);
                 }
-                render_tile(tile, context, samples.clone(), waves, control)?;
-                if finishes_tiles && let Some(finished) = tile.accumulator.take() {
-                    let mut film = shared.lock().expect("no thread panics while it holds the film");
-                    finished.resolve_into(&context.accumulators, &mut film);
-                }
-                Ok(())
+                work(tiles, &shared)
             });
-            let Err(stop) = round else { break };
+            let Err(stop) = done else { return Ok(()) };
             let is_cancelled = matches!(stop, Stop::Cancelled);
-            if let Some(interrupts) = interrupts {
+            if let Some(interrupts) = control.interrupts {
                 interrupts.pause(&PartialFrame {
-                    tiles: &tiles,
-                    film: &film,
-                    layout: &context.accumulators,
-                    elapsed: before + start.elapsed(),
+                    tiles: &self.tiles,
+                    film: &self.film,
+                    layout: &self.frame.accumulators,
+                    elapsed: self.before + self.start.elapsed(),
                     is_cancelled,
                 });
             }
@@ -74,26 +196,14 @@ pub(super) fn render(
                 return Err(Cancelled);
             }
         }
-        done = samples.end;
-        if tiles.are_converged() {
-            done = settings.samples.max;
-            break;
-        }
     }
-    tiles.resolve_into(&context.accumulators, &mut film);
-    film.samples = done;
-    Ok(film)
-}
 
-/// The tiles with the samples of an earlier, unfinished render, and its time.
-fn begin(context: &RenderContext<'_>, control: &Control<'_>) -> (TileSet, Duration) {
-    let settings = context.settings;
-    let state = control.interrupts.and_then(|interrupts| interrupts.earlier_state());
-    let earlier = state.and_then(|bytes| TileSet::from_state(settings, &context.accumulators, &bytes));
-    earlier.unwrap_or_else(|| {
-        let side = schedule::tile_side(settings.window, &settings.samples, rayon::current_num_threads());
-        (TileSet::new(settings, side), Duration::ZERO)
-    })
+    /// The film of the finished frame, whose pixels have `samples`.
+    fn finish(mut self, samples: u32) -> Film {
+        self.tiles.resolve_into(&self.frame.accumulators, &mut self.film);
+        self.film.samples = samples;
+        self.film
+    }
 }
 
 /// Renders those of the samples that a tile does not have yet and that its noise needs.
@@ -107,42 +217,95 @@ fn render_tile(
     if tile.reported == samples.end {
         return Ok(());
     }
-    let (layout, budget) = (&context.accumulators, &context.settings.samples);
+    let (frame, budget) = (context.frame, &context.settings.samples);
     let mut wave = waves.take();
     while tile.done < samples.end && !tile.is_converged {
         let stop = budget.next_stop(tile.done);
         for block in schedule::blocks(tile.window, tile.done..stop.min(samples.end)) {
-            let accumulator = tile
-                .accumulator
-                .get_or_insert_with(|| TileAccumulator::new(tile.window, layout));
             // A cancelled wave still holds paths, so it is dropped.
-            let stats = wave.run(context, &block, accumulator, control)?;
+            let stats = wave.run(context, &block, tile.sums(frame), control)?;
             tile.done = block.samples.end;
             if let Some(counters) = control.counters {
                 counters.add((block.samples.len() * block.tile.area()) as u64, &stats);
-                counters.add_invalid(&stats.invalid);
             }
-            if tile.done == stop && stop < budget.max {
-                tile.judge(budget.adaptive.as_ref());
-                if let Some(counters) = control.counters.filter(|_| tile.is_converged) {
-                    counters.add_saved(u64::from(budget.max - stop) * tile.window.area() as u64);
-                }
-            }
-            if control.interrupts.is_some_and(|interrupts| interrupts.are_due()) {
+            judge(tile, frame, control);
+            if is_due(control) {
                 waves.put(wave);
                 return Err(Stop::Due);
             }
         }
     }
     waves.put(wave);
+    report(tile, frame, &samples, control);
+    Ok(())
+}
+
+/// Renders those of the samples that belong to a moment and that the tiles do not have yet.
+fn render_moment(
+    tiles: &mut [Tile],
+    context: &RenderContext<'_>,
+    (moment, samples): (Moment, Range<u32>),
+    waves: &WavePool,
+    control: &Control<'_>,
+) -> Result<(), Stop> {
+    let mut open: Vec<&mut Tile> = tiles.iter_mut().filter(|tile| tile.lacks(moment, &samples)).collect();
+    if open.is_empty() {
+        return Ok(());
+    }
+    let mut sweep = Sweep {
+        tiles: open
+            .iter_mut()
+            .map(|tile| (tile.window, tile.sums(context.frame)))
+            .collect(),
+        samples: [samples.start, samples.end],
+        moment,
+    };
+    let mut wave = waves.take();
+    // A cancelled wave still holds paths, so it is dropped.
+    let (stats, count) = wave.run_moment(context, &mut sweep, control)?;
+    waves.put(wave);
+    for tile in open {
+        tile.moments += 1;
+    }
+    if let Some(counters) = control.counters {
+        counters.add(count, &stats);
+    }
+    if is_due(control) { Err(Stop::Due) } else { Ok(()) }
+}
+
+fn is_due(control: &Control<'_>) -> bool {
+    control.interrupts.is_some_and(|interrupts| interrupts.are_due())
+}
+
+/// Decides at a stop whether a tile has enough samples.
+fn judge(tile: &mut Tile, frame: &FrameInputs<'_>, control: &Control<'_>) {
+    let budget = &frame.settings.samples;
+    if !budget.is_stop(tile.done) {
+        return;
+    }
+    tile.judge(budget.adaptive.as_ref());
+    if let Some(counters) = control.counters.filter(|_| tile.is_converged) {
+        counters.add_saved(u64::from(budget.max - tile.done) * tile.window.area() as u64);
+    }
+}
+
+/// Reports a tile with the samples of a round.
+fn report(tile: &mut Tile, frame: &FrameInputs<'_>, samples: &Range<u32>, control: &Control<'_>) {
     tile.reported = samples.end;
     if let Some((sink, accumulator)) = control.sink.zip(tile.accumulator.as_ref()) {
         sink.tile(&TileResult {
             accumulator,
-            layout,
-            window: context.settings.window,
-            samples,
+            layout: &frame.accumulators,
+            window: frame.settings.window,
+            samples: samples.clone(),
         });
     }
-    Ok(())
+}
+
+/// Writes the pixels of a finished tile into the film, and frees its sums.
+fn resolve(tile: &mut Tile, frame: &FrameInputs<'_>, film: &Mutex<&mut Film>) {
+    if let Some(finished) = tile.accumulator.take() {
+        let mut film = film.lock().expect("no thread panics while it holds the film");
+        finished.resolve_into(&frame.accumulators, &mut film);
+    }
 }

@@ -3,6 +3,9 @@
 //! The order in which a sample's contributions are added depends on its own paths alone: paths stay sorted by sample, and a
 //! wave that grows too large is split between samples, never within one.
 
+mod shadow_rays;
+mod sweep;
+
 use super::{
     Cancelled, Content, Control, InvalidSamples,
     batch_inputs::{ArrivedRays, BatchInputs},
@@ -10,16 +13,16 @@ use super::{
     context::RenderContext,
     sample_block::SampleBlock,
     schedule::{BlockSpec, WAVE_SIZE},
-    transparency::{Passing, PassingPaths, pass, transmittance},
+    transparency::{Passing, PassingPaths, pass},
     wave_stats::WaveStats,
 };
 use crate::{
-    accel::{self, BatchLayout, RayCost},
-    film::{SampleRecord, TileAccumulator, passes::PassContext},
+    accel::{self, RayCost},
+    film::{SampleRecord, TileAccumulator},
     geometry::{Hit, PrimId},
     integrator::{PathState, ShadingOutput, Stage, light_layers::LightLayers},
     math::{Ray, Rgb},
-    sampler::{Dimension, PathSampler, SampleUse},
+    sampler::{Dimension, PathSampler, SampleKeys, SampleUse},
     scene::FirstHit,
 };
 
@@ -58,6 +61,8 @@ pub(super) struct Wave {
     first_hits: Vec<Option<FirstHit>>,
     /// Paths that wait because the wave is too large.
     waiting: Vec<(Vec<Ray>, Vec<PathState>)>,
+    /// The samples of a moment.
+    listed: SampleKeys,
 }
 
 impl Wave {
@@ -73,30 +78,60 @@ impl Wave {
         control: &Control<'_>,
     ) -> Result<WaveStats, Cancelled> {
         let mut stats = WaveStats::default();
-        let block = SampleBlock::new(spec);
         self.out.clock.start(control.stages.is_some());
         self.start(context, spec);
+        self.trace(context, &SampleBlock::new(spec), control, &mut stats)?;
+        self.accumulate(context, spec, accumulator, &mut stats.invalid);
+        self.end(control, &stats);
+        Ok(stats)
+    }
+
+    /// Traces the camera rays, and shades and continues their paths until none is left.
+    fn trace(
+        &mut self,
+        context: &RenderContext<'_>,
+        block: &SampleBlock<'_>,
+        control: &Control<'_>,
+        stats: &mut WaveStats,
+    ) -> Result<(), Cancelled> {
         self.out.clock.lap(Stage::CameraRays);
         if context.fills_film {
             // Before the first hit, paths differ only by their samples, and are the same for every tile.
             std::mem::swap(&mut self.paths, &mut self.camera_paths);
             stats.segments += self.rays.len() as u64;
-            let traced = self.step(context, &block, control);
+            let traced = self.step(context, block, control);
             std::mem::swap(&mut self.paths, &mut self.camera_paths);
             stats.rays += traced?;
             self.compact();
         }
         while !self.rays.is_empty() {
             stats.segments += self.rays.len() as u64;
-            stats.rays += self.step(context, &block, control)?;
+            stats.rays += self.step(context, block, control)?;
             self.compact();
         }
-        self.accumulate(context, spec, accumulator, &mut stats.invalid);
+        Ok(())
+    }
+
+    /// Reports the times of the stages.
+    fn end(&mut self, control: &Control<'_>, stats: &WaveStats) {
         self.out.clock.lap(Stage::Film);
         if let Some(times) = control.stages {
             times.add(&self.out.clock, stats.segments);
         }
-        Ok(stats)
+    }
+
+    /// The finished sample with this index in the wave, whose number in its pixel is `index`.
+    fn record(&self, context: &RenderContext<'_>, sample: usize, index: u32) -> SampleRecord<'_> {
+        let layers = self.out.layers.as_ref().filter(|_| context.needs.light_layers);
+        SampleRecord {
+            l: self.out.radiance[sample],
+            alpha: self.alpha[sample],
+            weight: self.weights[sample],
+            index,
+            distance_squared: self.distances_squared.get(sample).copied().unwrap_or(0.0),
+            first: self.first_hits.get(sample).and_then(Option::as_ref),
+            light: layers.map_or(&[], |layers| layers.of_sample(sample)),
+        }
     }
 
     /// Adds the finished samples, pixel by pixel.
@@ -108,24 +143,11 @@ impl Wave {
         invalid: &mut InvalidSamples,
     ) {
         let (tile, together) = (spec.tile, spec.samples.len());
-        let passes = PassContext {
-            camera: &context.camera,
-            neighbours: context.frame_camera.neighbours(),
-            scene: context.scene,
-        };
-        let layers = self.out.layers.as_ref().filter(|_| context.needs.light_layers);
-        let record = |sample: usize| SampleRecord {
-            l: self.out.radiance[sample],
-            alpha: self.alpha[sample],
-            weight: self.weights[sample],
-            index: spec.samples.start + (sample % together) as u32,
-            distance_squared: self.distances_squared.get(sample).copied().unwrap_or(0.0),
-            first: self.first_hits.get(sample).and_then(Option::as_ref),
-            light: layers.map_or(&[], |layers| layers.of_sample(sample)),
-        };
+        let passes = context.passes();
+        let record = |sample: usize| self.record(context, sample, spec.samples.start + (sample % together) as u32);
         for pixel in 0..tile.area() {
             let samples = (pixel * together..(pixel + 1) * together).map(record);
-            let count = accumulator.add(&context.accumulators, &passes, pixel, samples);
+            let count = accumulator.add(context.accumulators, &passes, pixel, samples);
             if count > 0 {
                 let (column, row) = (pixel as u32 % tile.width(), pixel as u32 / tile.width());
                 invalid.count_pixel([tile.x0 + column as i32, tile.y0 + row as i32], count);
@@ -135,48 +157,57 @@ impl Wave {
 
     /// Generates camera rays for all samples of all pixels; the samples of a pixel are adjacent.
     fn start(&mut self, context: &RenderContext<'_>, spec: &BlockSpec) {
+        self.clear();
+        for y in spec.tile.y0..spec.tile.y1 {
+            let first = self.rays.len();
+            self.camera_rays.generate(context, spec, y, &mut self.rays);
+            self.start_samples(context, first);
+        }
+        self.start_paths(context);
+    }
+
+    fn clear(&mut self) {
         self.rays.clear();
         self.paths.clear();
         self.weights.clear();
         self.alpha.clear();
         self.distances_squared.clear();
-        let cone = context.cone.unwrap_or_default();
-        let path = |sample| {
-            let mut path = PathState::start(sample);
-            (path.cone, path.last.media) = (cone, context.media);
-            path
-        };
-        for y in spec.tile.y0..spec.tile.y1 {
-            let (first, sample) = (self.rays.len(), self.weights.len() as u32);
-            self.camera_rays.generate(context, spec, y, &mut self.rays);
-            self.weights.extend_from_slice(&self.camera_rays.weights);
-            if context.needs.first_hits {
-                self.camera_rays.distances_squared(spec, y, &mut self.distances_squared);
-            }
-            let samples = sample..self.weights.len() as u32;
-            if context.fills_film {
-                continue;
-            }
-            let mut kept = first;
-            for (i, sample) in (first..).zip(samples) {
-                let ray = self.rays[i];
-                self.alpha.push(if ray.is_none() { 0.0 } else { 1.0 });
-                if !ray.is_none() {
-                    self.rays[kept] = ray;
-                    self.paths.push(path(sample));
-                    kept += 1;
-                }
-            }
-            self.rays.truncate(kept);
+    }
+
+    /// Takes the samples that camera rays were generated for, of which `first` is the first ray. Where not all of them have a
+    /// ray, those that have one get their paths.
+    fn start_samples(&mut self, context: &RenderContext<'_>, first: usize) {
+        let sample = self.weights.len() as u32;
+        self.weights.extend_from_slice(&self.camera_rays.weights);
+        if context.needs.first_hits {
+            self.camera_rays.distances_squared(&mut self.distances_squared);
         }
+        if context.fills_film {
+            return;
+        }
+        let mut kept = first;
+        for (i, sample) in (first..).zip(sample..self.weights.len() as u32) {
+            let ray = self.rays[i];
+            self.alpha.push(if ray.is_none() { 0.0 } else { 1.0 });
+            if !ray.is_none() {
+                self.rays[kept] = ray;
+                self.paths.push(context.path(sample));
+                kept += 1;
+            }
+        }
+        self.rays.truncate(kept);
+    }
+
+    /// Makes the paths of the camera rays where every sample has one, and the arrays of the frame's passes.
+    fn start_paths(&mut self, context: &RenderContext<'_>) {
         if context.fills_film {
             self.alpha.resize(self.weights.len(), 1.0);
             // Cones have grown since the last tile.
-            if context.cone.is_some() || self.camera_paths.first().is_some_and(|other| *other != path(0)) {
+            if context.cone.is_some() || self.camera_paths.first().is_some_and(|other| *other != context.path(0)) {
                 self.camera_paths.clear();
             }
             let more = self.camera_paths.len() as u32..self.weights.len() as u32;
-            self.camera_paths.extend(more.map(path));
+            self.camera_paths.extend(more.map(|sample| context.path(sample)));
         }
         self.start_passes(context);
         self.out
@@ -205,7 +236,7 @@ impl Wave {
     fn step(
         &mut self,
         context: &RenderContext<'_>,
-        block: &SampleBlock,
+        block: &SampleBlock<'_>,
         control: &Control<'_>,
     ) -> Result<u64, Cancelled> {
         let scene = context.scene;
@@ -270,7 +301,7 @@ impl Wave {
     ///
     /// Works in small batches: first the surfaces of all vertices, then their random numbers, then their shading, so that the
     /// work on different vertices overlaps in the processor.
-    fn shade_surfaces(&mut self, context: &RenderContext<'_>, block: &SampleBlock, round: u32) {
+    fn shade_surfaces(&mut self, context: &RenderContext<'_>, block: &SampleBlock<'_>, round: u32) {
         let Some(depth) = self.paths.first().map(|path| path.depth) else {
             return;
         };
@@ -387,60 +418,6 @@ impl Wave {
             let batch = inputs.batch(context, arrived, indices);
             context.integrator.shade_batch(&batch, out);
         }
-    }
-
-    /// Traces the shadow rays and adds their light. Returns the number of traced rays.
-    fn resolve_shadow_rays(&mut self, context: &RenderContext<'_>, layout: BatchLayout) -> u64 {
-        let ShadingOutput {
-            shadow_rays,
-            shadow_light,
-            shadow_passages,
-            radiance,
-            ..
-        } = &mut self.out;
-        self.blocked.clear();
-        self.blocked.resize(shadow_rays.len(), false);
-        let batch = accel::RayBatch {
-            rays: shadow_rays,
-            layout,
-        };
-        context.scene.geometry.accel.occluded_batch(batch, &mut self.blocked);
-        let traced = shadow_rays.len() as u64;
-        if !context.shadow_rays_pass {
-            for (&(sample, l), _) in shadow_light.iter().zip(&self.blocked).filter(|(_, blocked)| !**blocked) {
-                radiance[sample as usize] += l;
-            }
-            self.resolve_layers(|wave, ray| if wave.blocked[ray] { Rgb::BLACK } else { Rgb::WHITE });
-            return traced;
-        }
-        let visible = &mut self.visible;
-        let more = transmittance(
-            context.scene,
-            shadow_rays,
-            shadow_passages,
-            &self.blocked,
-            visible,
-            &mut self.passing,
-        );
-        for (&(sample, l), &visible) in shadow_light.iter().zip(&*visible).filter(|(_, v)| !v.is_black()) {
-            radiance[sample as usize] += l * visible;
-        }
-        self.resolve_layers(|wave, ray| wave.visible[ray]);
-        traced + more
-    }
-
-    /// Adds the light of the shadow rays to its layers, if there are any; `visible` returns the transmittance.
-    fn resolve_layers(&mut self, visible: impl Fn(&Self, usize) -> Rgb) {
-        let Some(mut layers) = self.out.layers.take() else {
-            return;
-        };
-        for ray in 0..self.blocked.len() {
-            let visible = visible(self, ray);
-            if !visible.is_black() {
-                layers.resolve_shadow(ray, visible);
-            }
-        }
-        self.out.layers = Some(layers);
     }
 
     /// Adds the costs of tracing the rays, and shades nothing.

@@ -20,6 +20,8 @@ pub struct FirstHit {
     pub uv: Vec2,
     /// Distance from the ray's origin, in metres.
     pub distance: f32,
+    /// The weights of the second and the third corner of its triangle.
+    pub barycentric: [f32; 2],
     pub prim: PrimId,
     pub object: ObjectId,
     pub instance: InstanceId,
@@ -38,6 +40,7 @@ impl FirstHit {
             wo: surface.wo,
             uv: surface.texture.true_uv(),
             distance,
+            barycentric: [hit.u, hit.v],
             prim: hit.prim,
             object: surface.object,
             instance: hit.instance,

@@ -36,6 +36,7 @@ mod material_bsdfs;
 pub mod mattes;
 pub mod media;
 mod mesh_transform;
+pub mod motion;
 pub mod names;
 pub mod shading_frame;
 pub mod surface_soa;
@@ -59,6 +60,7 @@ pub use lights::{LightChoice, LightFamily, LightSampleContext, LightSource, Ligh
 pub use mattes::{Matte, MatteKind, MatteTable, Mattes, Part};
 pub use media::{Media, MediumStack};
 pub(crate) use mesh_transform::MeshTransform;
+pub use motion::{PointMotion, SceneMotion, ScenePlaces};
 pub use names::{NodeId, NodeName};
 pub use surfaces::Surfaces;
 pub use update::{MeshId, MeshPose, SceneUpdate, SceneUpdateError};

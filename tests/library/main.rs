@@ -4,4 +4,5 @@ mod accelerators;
 mod architecture;
 mod lights;
 mod measures;
+mod motion_blur;
 mod overrides;

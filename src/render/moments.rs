@@ -1,0 +1,223 @@
+//! The moments of a shutter: the times at which the samples of a moving scene are taken.
+//!
+//! A frame of a moving scene is rendered moment by moment. The scene is sought once for each of them, and then holds still while
+//! the samples of that moment are traced. So rays need no time, boxes do not grow, and reflections, shadows, lights, deformed
+//! meshes and the camera are all at the same moment.
+//!
+//! A sample's moment is a function of its address. A run of samples of a pixel has one in each stratum of the shutter, and so has
+//! each of its aligned parts of a power of two. Where a pixel has fewer samples than there are moments, the moments of a
+//! stratum are dealt out to the pixels of a square, so that neighbours take different ones: `2^m` by `2^m` pixels with `n` samples
+//! each take `4^m n` different moments, as long as there are so many.
+
+use super::{Settings, schedule::WAVE_SIZE};
+use crate::{
+    film::{TileAccumulator, Window},
+    math::hash::mix32,
+    sampler::SampleKeys,
+};
+
+/// The logarithms of the least and of the most moments of a shutter.
+const BITS: [u32; 2] = [6, 8];
+
+/// The side of the squares of pixels that samples are listed by, so that neighbouring rays are traced together.
+const SQUARE: i32 = 8;
+
+/// The moments of a frame's shutter.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moments {
+    /// The logarithm of their number.
+    bits: u32,
+    /// The logarithm of the samples of a run, at most `bits`.
+    run_bits: u32,
+    seed: u32,
+}
+
+/// One of the moments of a shutter.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct Moment {
+    all: Moments,
+    index: u32,
+}
+
+/// Samples of the pixels of several tiles, of which a wave takes those of a moment.
+pub(super) struct Sweep<'a> {
+    /// The tiles with their accumulators.
+    pub tiles: Vec<(Window, &'a mut TileAccumulator)>,
+    /// The first sample, and the end.
+    pub samples: [u32; 2],
+    pub moment: Moment,
+}
+
+impl Moments {
+    /// At least 64, and as many as the samples of a pixel up to 256.
+    pub fn new(settings: &Settings) -> Self {
+        let run = settings.samples.max.clamp(1, 1 << BITS[1]).next_power_of_two();
+        let run_bits = run.trailing_zeros();
+        Self {
+            bits: run_bits.max(BITS[0]),
+            run_bits,
+            seed: mix32(settings.seed) ^ (settings.noise_frame as u32).wrapping_mul(0x9e37_79b9),
+        }
+    }
+
+    pub fn count(self) -> u32 {
+        1 << self.bits
+    }
+
+    pub fn get(self, index: u32) -> Moment {
+        Moment { all: self, index }
+    }
+
+    /// The random numbers of a square of pixels of this level, a word for each of `uses`.
+    fn hash(self, [x, y]: [u32; 2], uses: u32) -> u32 {
+        mix32(mix32(mix32(self.seed ^ uses) ^ x).wrapping_add(y))
+    }
+
+    /// The place of a pixel's moment among those of stratum `stratum`: two bits for its place in a square of two by two
+    /// pixels, two for the place of that in a larger square, and so on.
+    #[inline]
+    fn place(self, [x, y]: [u32; 2], stratum: u32) -> u32 {
+        let mut left = self.bits - self.run_bits;
+        let (mut place, mut level) = (0, 0);
+        while left > 0 {
+            let square = [x >> level >> 1, y >> level >> 1];
+            let random = self.hash(square, 1 + (level << 16 | stratum));
+            let (a, b) = (x >> level & 1, y >> level & 1);
+            let (a, b) = if random & 4 == 0 { (a, b) } else { (b, a) };
+            let taken = left.min(2);
+            // Each row and each column of two pixels has one of both halves.
+            let own = if taken == 2 { (a ^ b) << 1 | b } else { a ^ b };
+            place = place << taken | (own ^ random) & ((1 << taken) - 1);
+            left -= taken;
+            level += 1;
+        }
+        place
+    }
+}
+
+impl Moment {
+    /// Its number, from 0.
+    pub fn index(self) -> u32 {
+        self.index
+    }
+
+    /// Its time as a fraction of the shutter, in the middle of its part.
+    pub fn time(self) -> f64 {
+        (f64::from(self.index) + 0.5) / f64::from(self.all.count())
+    }
+
+    /// The number of tiles of this area whose samples of the moment make a wave, if they get so many samples.
+    pub fn tiles_of_wave(self, area: usize, samples: usize) -> usize {
+        WAVE_SIZE * self.all.count() as usize / (area * samples).max(1)
+    }
+
+    /// Appends those of the samples `first..end` of the pixels of `tile` that belong to the moment.
+    pub fn list(self, tile: Window, [first, end]: [u32; 2], keys: &mut SampleKeys) {
+        let (columns, rows) = (tile.x0..tile.x1, tile.y0..tile.y1);
+        for top in rows.step_by(SQUARE as usize) {
+            for left in columns.clone().step_by(SQUARE as usize) {
+                for y in top..tile.y1.min(top + SQUARE) {
+                    for x in left..tile.x1.min(left + SQUARE) {
+                        self.list_pixel([x as u32, y as u32], [first, end], keys);
+                    }
+                }
+            }
+        }
+    }
+
+    fn list_pixel(self, pixel: [u32; 2], [first, end]: [u32; 2], keys: &mut SampleKeys) {
+        let Self { all, index } = self;
+        let Moments { bits, run_bits, .. } = all;
+        let (stratum, place) = (index >> (bits - run_bits), index & ((1 << (bits - run_bits)) - 1));
+        if all.place(pixel, stratum) != place {
+            return;
+        }
+        let last = (end - 1) >> run_bits;
+        for run in first >> run_bits..=last {
+            // Its lowest bits are the highest of the stratum.
+            let order = all.hash(pixel, 1 << 31 | run) ^ stratum;
+            let in_run = order.reverse_bits().checked_shr(32 - run_bits).unwrap_or(0);
+            let sample = run << run_bits | in_run;
+            if (first..end).contains(&sample) {
+                keys.push(pixel, sample..sample + 1);
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// For each moment, the samples of the pixels of `tile` that belong to it.
+    fn by_moment(samples: u32, tile: Window, range: [u32; 2]) -> Vec<SampleKeys> {
+        let moments = Moments::new(&Settings::new([64, 64], samples));
+        let of = |index| {
+            let mut keys = SampleKeys::default();
+            moments.get(index).list(tile, range, &mut keys);
+            keys
+        };
+        (0..moments.count()).map(of).collect()
+    }
+
+    fn of_pixel(all: &[SampleKeys], [x, y]: [u32; 2]) -> Vec<(usize, u32)> {
+        let mut found = Vec::new();
+        for (moment, keys) in all.iter().enumerate() {
+            let own = (0..keys.len()).filter(|i| [keys.columns[*i], keys.rows[*i]] == [x, y]);
+            found.extend(own.map(|i| (moment, keys.samples[i])));
+        }
+        found
+    }
+
+    #[test]
+    fn every_sample_of_every_pixel_has_one_moment_in_every_window_and_range() {
+        for samples in [1, 3, 16, 20, 64, 100, 256, 700] {
+            let whole = by_moment(samples, Window::full([11, 9]), [0, samples]);
+            let mut all: Vec<_> = whole
+                .iter()
+                .flat_map(|keys| (0..keys.len()).map(|i| (keys.columns[i], keys.rows[i], keys.samples[i])))
+                .collect();
+            all.sort_unstable();
+            all.dedup();
+            assert_eq!(all.len(), 99 * samples as usize, "{samples}");
+            assert_eq!(whole.iter().map(SampleKeys::len).sum::<usize>(), all.len());
+            // A crop and a part of the samples are the same choice.
+            let part = by_moment(samples, Window::new(3, 2, 8, 9), [samples / 3, samples]);
+            let own = |pixel| {
+                let mut own = of_pixel(&whole, pixel);
+                own.retain(|(_, sample)| *sample >= samples / 3);
+                own
+            };
+            assert_eq!(of_pixel(&part, [5, 7]), own([5, 7]), "{samples}");
+        }
+    }
+
+    #[test]
+    fn the_samples_of_a_pixel_and_their_halves_are_one_in_each_stratum() {
+        let all = by_moment(16, Window::full([8, 8]), [0, 16]);
+        for pixel in [[0, 0], [3, 5], [7, 7]] {
+            for (first, end) in [(0, 16), (0, 8), (8, 16), (4, 8)] {
+                let own = of_pixel(&all, pixel);
+                let own = own.iter().filter(|(_, sample)| (first..end).contains(sample));
+                let mut strata: Vec<_> = own.map(|(moment, _)| *moment as u32 * (end - first) / 64).collect();
+                strata.sort_unstable();
+                assert_eq!(strata, (0..end - first).collect::<Vec<_>>(), "{pixel:?} {first}");
+            }
+        }
+    }
+
+    #[test]
+    fn neighbouring_pixels_take_different_moments_and_a_square_takes_all_of_them() {
+        for (samples, side) in [(16, 2), (4, 4), (1, 8)] {
+            let all = by_moment(samples, Window::full([16, 16]), [0, samples]);
+            for [left, top] in [[0, 0], [8, 8]] {
+                let mut taken: Vec<usize> = Vec::new();
+                for (x, y) in (0..side).flat_map(|y| (0..side).map(move |x| (left + x, top + y))) {
+                    taken.extend(of_pixel(&all, [x, y]).iter().map(|(moment, _)| moment));
+                }
+                taken.sort_unstable();
+                assert_eq!(taken, (0..64).collect::<Vec<_>>(), "{samples}");
+            }
+        }
+    }
+}
