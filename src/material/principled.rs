@@ -419,7 +419,8 @@ impl MaterialKind for Principled {
         let is_constant = colors.into_iter().chain(self.maps()).all(Color::is_constant)
             && scalars.into_iter().all(Scalar::is_constant);
         let is_brushed = matches!(self.anisotropy, Scalar::Constant(a) if a > 0.0);
-        !is_constant || is_brushed || self.reads_vertices || self.heights.is_some()
+        // An unlit surface shows the colours of its vertices, which are white where it has none.
+        !is_constant || is_brushed || self.reads_vertices || self.is_unlit || self.heights.is_some()
     }
 
     fn convert_colors(&mut self, space: WorkingSpace) {

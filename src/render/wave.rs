@@ -333,7 +333,9 @@ impl Wave {
                     if round == 0 {
                         path.cone = path.cone.moved(surface.t * ray.d.length());
                     }
-                    surface.set_footprint(path.cone.width.abs());
+                    if context.scene.shading.is_spatially_varying(surface.material) {
+                        surface.set_footprint(path.cone.width.abs());
+                    }
                 }
             }
             if depth == 1 && round == 0 && context.needs.first_hits {

@@ -68,8 +68,9 @@ pub struct SceneShading {
     pub lights: Arc<[Light]>,
     pub light_groups: LightGroups,
     pub background: Background,
-    /// Whether texture coordinates are computed for each material.
-    pub(crate) is_spatially_varying: Vec<bool>,
+    /// See [`MaterialKind::is_spatially_varying`](crate::material::MaterialKind), for each material.
+    is_spatially_varying: Vec<bool>,
+    reads_footprints: bool,
     pub(crate) bsdfs: MaterialBsdfs,
 }
 
@@ -81,9 +82,10 @@ impl SceneShading {
         (lights, light_groups): (Vec<Light>, LightGroups),
         background: Background,
     ) -> Self {
-        let mut shading = Self {
+        Self {
             media: Media::new(&materials),
-            is_spatially_varying: Vec::new(),
+            is_spatially_varying: materials.iter().map(Material::is_spatially_varying).collect(),
+            reads_footprints: bitmaps.iter().any(|b| !b.levels.is_empty()),
             bsdfs: MaterialBsdfs::new(&materials),
             materials,
             material_names,
@@ -92,12 +94,7 @@ impl SceneShading {
             lights: lights.into(),
             light_groups,
             background,
-        };
-        // With filtered textures even the footprint in a mirror depends on the curvature at the point.
-        let all = shading.reads_footprints();
-        let varies = shading.materials.iter().map(|m| all || m.is_spatially_varying());
-        shading.is_spatially_varying = varies.collect();
-        shading
+        }
     }
 
     #[inline]
@@ -114,8 +111,17 @@ impl SceneShading {
         }
     }
 
+    /// Whether `material` needs texture points.
+    #[inline]
+    pub(crate) fn is_spatially_varying(&self, material: MaterialId) -> bool {
+        self.is_spatially_varying
+            .get(material.0 as usize)
+            .is_none_or(|varies| *varies)
+    }
+
     /// Whether a texture is filtered over the footprint of a ray, so that rays need cones.
+    #[inline]
     pub fn reads_footprints(&self) -> bool {
-        self.bitmaps.iter().any(|b| !b.levels.is_empty())
+        self.reads_footprints
     }
 }

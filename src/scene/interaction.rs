@@ -35,14 +35,14 @@ pub struct SurfaceInteraction {
     /// A frame around the shading normal on the side of `ng`. At the silhouette of a smooth mesh, where shading and geometric
     /// normal disagree about the viewer's side, the normal is turned to the viewer. The first axis is arbitrary.
     pub frame: Frame,
-    /// The derivative of `p` with respect to `u`; zero without texture coordinates, unspecified for constant materials.
+    /// The derivative of `p` with respect to `u`; zero without texture coordinates and for constant materials.
     pub dpdu: Vec3,
     pub dpdv: Vec3,
     /// The mesh's tangent for normal maps, with 1 or -1 for the side of the bitangent; zero if the mesh has none.
     pub tangent: Vec4,
     /// Unit direction back along the ray.
     pub wo: Vec3,
-    /// The texture point, in the object's own space; for constant materials only `uv` is set.
+    /// The texture point, in the object's own space; for constant materials only `uv` and the curvature are set.
     pub texture: TexturePoint,
     pub object: ObjectId,
     pub material: MaterialId,
@@ -139,6 +139,14 @@ impl SurfaceInteraction {
             object: ObjectId(0),
             material: MaterialId(0),
         }
+    }
+
+    /// Removes what shading reads of every surface and not every hit sets: an interaction is used for one hit after another, and
+    /// what is left of the last would show.
+    #[inline(always)]
+    pub(super) fn clear_parameters(&mut self) {
+        (self.dpdu, self.dpdv, self.tangent) = (Vec3::ZERO, Vec3::ZERO, Vec4::ZERO);
+        self.texture.curvature = 0.0;
     }
 
     /// Sets the geometry and the shading view.

@@ -191,9 +191,8 @@ impl Scene {
             }
             let (ray, hit) = hit(i);
             let hit_on = (ray, hit, self.geometry.meshes.get(meshes[k]));
-            match self.fill(geometry, hit_on, surface, |material| {
-                self.is_spatially_varying(material)
-            }) {
+            let varies = |material| self.shading.is_spatially_varying(material);
+            match self.fill(geometry, hit_on, surface, varies) {
                 HitSurface::Geometry(placed_geometry) => soa.push_geometry(&placed_geometry, ray.d),
                 HitSurface::Triangle(face) => {
                     let smooth = face.smooth(hit, ray.d, InWorld);
@@ -204,7 +203,7 @@ impl Scene {
         soa.compute(on);
         for (k, surface) in interactions.iter_mut().enumerate() {
             soa.set_geometry(k, surface);
-            if self.is_spatially_varying(surface.material) {
+            if self.shading.is_spatially_varying(surface.material) {
                 let mesh = self.geometry.meshes.get(meshes[k]);
                 self.fill_texture_point(hit(part.start + k).1, mesh, surface);
             }
@@ -229,8 +228,8 @@ impl Scene {
         }
     }
 
-    /// Sets all fields of `surface` but its geometry, and returns that. A hit on a triangle has a mesh. `needs_texture` tells for which materials the texture
-    /// point needs more than `uv`.
+    /// Sets all fields of `surface` but its geometry, and returns that. A hit on a triangle has a mesh. `needs_texture` tells for
+    /// which materials the texture point needs more than `uv`.
     #[inline(always)]
     fn fill<'a>(
         &'a self,
@@ -239,6 +238,7 @@ impl Scene {
         surface: &mut SurfaceInteraction,
         needs_texture: impl Fn(MaterialId) -> bool,
     ) -> HitSurface<'a> {
+        surface.clear_parameters();
         surface.t = hit.t;
         match mesh.map(|mesh| MeshTriangle::new(mesh, geometry, hit.prim)) {
             None => HitSurface::Geometry(self.fill_from_shape(geometry, ray, hit, surface, needs_texture)),
@@ -247,12 +247,13 @@ impl Scene {
             }
             Some(face) => {
                 (surface.object, surface.material) = (face.mesh.object, face.mesh.material);
-                surface.texture.uv = Vec2::new(hit.u, hit.v);
                 surface.texture.uv_origin = face.mesh.uv_origins[0];
-                if needs_texture(surface.material) || !face.mesh.uvs.is_empty() {
+                if needs_texture(surface.material) {
                     let (uv, dpdu, dpdv) = triangle::parameters(face.corners, face.uvs(), hit.u, hit.v);
                     surface.texture.uv = uv;
                     (surface.dpdu, surface.dpdv) = (dpdu, dpdv);
+                } else {
+                    surface.texture.uv = triangle::uv(face.uvs(), hit.u, hit.v);
                 }
                 HitSurface::Triangle(face)
             }
@@ -310,7 +311,8 @@ impl Scene {
             Some(t) => placed.shape.surface(&t.ray_to_local(ray), &shape_hit),
         };
         (surface.texture.uv, surface.texture.uv_origin) = (local.uv, Vec2::ZERO);
-        if needs_texture(material) {
+        // The cone of a ray that a curved mirror reflects depends on the curvature, also where no texture is read.
+        if needs_texture(material) || self.shading.reads_footprints() {
             surface.texture = TexturePoint {
                 curvature: placed.shape.curvature(),
                 ..texture_point(&local)
@@ -346,8 +348,13 @@ impl Scene {
     ) -> HitGeometry {
         let instance = &self.geometry.instances[hit.instance.0 as usize];
         let t = &geometry.transforms[geometry.instances[hit.instance.0 as usize].transform as usize];
-        let uvs = face.uvs();
-        let mut local = triangle::surface(face.corners, uvs, hit.u, hit.v);
+        (surface.object, surface.material) = (instance.object, instance.material.unwrap_or(face.mesh.material));
+        let (uvs, needs_texture) = (face.uvs(), needs_texture(surface.material));
+        let mut local = if needs_texture {
+            triangle::surface(face.corners, uvs, hit.u, hit.v)
+        } else {
+            triangle::surface_without_derivatives(face.corners, uvs, hit.u, hit.v)
+        };
         if uvs.is_none() && t.is_mirroring() {
             // The mirrored copy in world space has its last two corners swapped.
             local.uv = local.uv.yx();
@@ -357,9 +364,8 @@ impl Scene {
         placed_geometry.p_error += t.return_error(placed_geometry.p);
         let smooth = face.smooth(hit, ray.d, t);
         (placed_geometry.smooth, placed_geometry.lift) = (smooth.normal, smooth.lift);
-        (surface.object, surface.material) = (instance.object, instance.material.unwrap_or(face.mesh.material));
         (surface.texture.uv, surface.texture.uv_origin) = (local.uv, face.mesh.uv_origins[0]);
-        if needs_texture(surface.material) {
+        if needs_texture {
             (surface.dpdu, surface.dpdv) = (t.vector_to_world(local.dpdu), t.vector_to_world(local.dpdv));
             surface.texture = TexturePoint {
                 uv_origin: face.mesh.uv_origins[0],
@@ -372,15 +378,6 @@ impl Scene {
             surface.tangent = t.vector_to_world(tangent.truncate()).extend(side);
         }
         placed_geometry
-    }
-
-    /// Whether `material` needs texture points.
-    #[inline]
-    fn is_spatially_varying(&self, material: MaterialId) -> bool {
-        self.shading
-            .is_spatially_varying
-            .get(material.0 as usize)
-            .is_none_or(|varies| *varies)
     }
 }
 

@@ -104,15 +104,25 @@ pub fn intersect(ray: &Ray, a: Vec3, b: Vec3, c: Vec3) -> Option<ShapeHit> {
 /// The surface at a hit that [`intersect`] found, by the weights `u` of b and `v` of c; see
 /// [`parameters`] for `uvs`.
 pub fn surface(corners: [Vec3; 3], uvs: Option<[Vec2; 3]>, u: f32, v: f32) -> LocalSurface {
-    let point = surface_point(corners, u, v);
     let (uv, dpdu, dpdv) = parameters(corners, uvs, u, v);
+    LocalSurface {
+        uv,
+        dpdu,
+        dpdv,
+        ..surface_without_derivatives(corners, uvs, u, v)
+    }
+}
+
+/// Returns [`surface`] with derivatives of 0.
+pub fn surface_without_derivatives(corners: [Vec3; 3], uvs: Option<[Vec2; 3]>, u: f32, v: f32) -> LocalSurface {
+    let point = surface_point(corners, u, v);
     LocalSurface {
         p: point.p,
         p_error: point.p_error,
         ng: point.ng,
-        uv,
-        dpdu,
-        dpdv,
+        uv: uv(uvs, u, v),
+        dpdu: Vec3::ZERO,
+        dpdv: Vec3::ZERO,
     }
 }
 
@@ -208,6 +218,15 @@ fn plane_error([a, b, c]: [Vec3; 3], p: Vec3, twice_area: f32) -> f32 {
     if error.is_finite() { error } else { 0.0 }
 }
 
+/// Parameters at the weights `u` of b and `v` of c, see [`parameters`].
+#[inline(always)]
+pub fn uv(uvs: Option<[Vec2; 3]>, u: f32, v: f32) -> Vec2 {
+    match uvs {
+        Some([a, b, c]) => a * (1.0 - u - v).max(0.0) + b * u + c * v,
+        None => Vec2::new(u, v),
+    }
+}
+
 /// Parameters at the weights `u` of b and `v` of c, and how the point moves with them: by those at the corners, `uvs`, or the
 /// weights themselves where there are none.
 ///
@@ -215,23 +234,25 @@ fn plane_error([a, b, c]: [Vec3; 3], p: Vec3, twice_area: f32) -> f32 {
 #[inline(always)]
 pub fn parameters(corners: [Vec3; 3], uvs: Option<[Vec2; 3]>, u: f32, v: f32) -> (Vec2, Vec3, Vec3) {
     match uvs {
-        Some(uvs) => mapped(corners, uvs, [(1.0 - u - v).max(0.0), u, v]),
+        Some(of_corners) => {
+            let (dpdu, dpdv) = derivatives(corners, of_corners);
+            (uv(uvs, u, v), dpdu, dpdv)
+        }
         None => {
             let [a, b, c] = corners;
-            (Vec2::new(u, v), b - a, c - a)
+            (uv(uvs, u, v), b - a, c - a)
         }
     }
 }
 
-fn mapped([a, b, c]: [Vec3; 3], [ta, tb, tc]: [Vec2; 3], [wa, wb, wc]: [f32; 3]) -> (Vec2, Vec3, Vec3) {
+fn derivatives([a, b, c]: [Vec3; 3], [ta, tb, tc]: [Vec2; 3]) -> (Vec3, Vec3) {
     let (ab, ac) = ((b - a).as_dvec3(), (c - a).as_dvec3());
     let (tab, tac) = ((tb - ta).as_dvec2(), (tc - ta).as_dvec2());
     let det = tab.perp_dot(tac);
     let dpdu = ((ab * tac.y - ac * tab.y) / det).as_vec3();
     let dpdv = ((ac * tab.x - ab * tac.x) / det).as_vec3();
     let spans = dpdu.cross(dpdv) != Vec3::ZERO && dpdu.is_finite() && dpdv.is_finite();
-    let [dpdu, dpdv] = if spans { [dpdu, dpdv] } else { [Vec3::ZERO; 2] };
-    (ta * wa + tb * wb + tc * wc, dpdu, dpdv)
+    if spans { (dpdu, dpdv) } else { (Vec3::ZERO, Vec3::ZERO) }
 }
 
 /// The normal, whose length is twice the area, in double precision.

@@ -74,9 +74,8 @@ fn pixels(bytes: &[u8]) -> Pixels {
     }
 }
 
-#[test]
-fn a_crop_has_the_pixels_of_the_full_picture() {
-    let folder = prepared();
+/// Asserts that the scene file `s.toml` has the same pixels in a crop as in the full picture.
+fn assert_a_crop_has_the_same_pixels(folder: &Folder) {
     folder.succeed(&["s.toml", "-o", "full.exr"]);
     folder.succeed(&["s.toml", "--crop", "13,7,46,31", "-o", "crop.exr"]);
     let full = pixels(&folder.read("full.exr"));
@@ -91,6 +90,72 @@ fn a_crop_has_the_pixels_of_the_full_picture() {
             );
         }
     }
+}
+
+#[test]
+fn a_crop_has_the_pixels_of_the_full_picture() {
+    assert_a_crop_has_the_same_pixels(&prepared());
+}
+
+/// A smooth ball of metal without texture coordinates, among surfaces that have derivatives, tangents and curvature.
+const SMOOTH_METAL: &str = r#"
+[render]
+width = 70
+height = 50
+samples = 8
+[camera]
+perspective = { eye = [0, 1, 6], target = [0, 0, 0], fov = 40 }
+[background]
+color = [0.3, 0.4, 0.5]
+[texture.board]
+checker = { a = [0.9, 0.1, 0.1], b = [0.1, 0.1, 0.9], scale = 4 }
+[material.board]
+matte = { albedo = "texture.board" }
+[material.metal]
+metal = { color = [0.9, 0.8, 0.4], roughness = 0.3 }
+[[object]]
+material = "metal"
+shape.mesh = { file = "ball.obj" }
+[[object]]
+material = "board"
+shape.mesh = { file = "floor.obj" }
+[[object]]
+material = "board"
+shape.sphere = { center = [1.5, 0, 0.5], radius = 0.6 }
+[[light]]
+point = { position = [3, 4, 5], intensity = 60 }
+"#;
+
+/// An OBJ file of a unit ball with normals and without texture coordinates.
+fn smooth_ball() -> String {
+    use std::{f64::consts::PI, fmt::Write};
+    let (rows, columns) = (12_usize, 24_usize);
+    let mut obj = String::new();
+    for (row, column) in (0..=rows).flat_map(|row| (0..columns).map(move |column| (row, column))) {
+        let (theta, phi) = (PI * row as f64 / rows as f64, 2.0 * PI * column as f64 / columns as f64);
+        let (radius, y) = (libm::sin(theta), libm::cos(theta));
+        let (x, z) = (radius * libm::cos(phi), radius * libm::sin(phi));
+        writeln!(obj, "v {x} {y} {z}\nvn {x} {y} {z}").expect("a string");
+    }
+    for (row, column) in (0..rows).flat_map(|row| (0..columns).map(move |column| (row, column))) {
+        let a = row * columns + column + 1;
+        let b = row * columns + (column + 1) % columns + 1;
+        let (c, d) = (a + columns, b + columns);
+        writeln!(obj, "f {a}//{a} {b}//{b} {d}//{d} {c}//{c}").expect("a string");
+    }
+    obj
+}
+
+#[test]
+fn a_surface_without_texture_coordinates_has_the_same_pixels_whatever_was_hit_before() {
+    let folder = Folder::new();
+    folder.write("s.toml", SMOOTH_METAL);
+    folder.write("ball.obj", &smooth_ball());
+    folder.write(
+        "floor.obj",
+        "v -5 -1 -5\nv 5 -1 -5\nv 5 -1 5\nv -5 -1 5\nvt 0 0\nvt 3 0\nvt 2 4\nvt 0 1\nf 1/1 4/4 3/3 2/2\n",
+    );
+    assert_a_crop_has_the_same_pixels(&folder);
 }
 
 #[test]
