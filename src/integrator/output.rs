@@ -199,7 +199,10 @@ impl ShadingOutput {
         tag: impl FnOnce() -> Tag,
     ) {
         let l = self.vertex.throughput * l_if_visible;
-        self.shadow_rays.push(self.started(ray));
+        self.shadow_rays.push(ray);
+        if let Some(contact) = &self.contact {
+            start_last(&mut self.shadow_rays, contact);
+        }
         self.shadow_light.push((self.vertex.arrival.sample, l));
         if self.records_passages {
             self.shadow_passages.push(passage());
@@ -242,18 +245,12 @@ impl ShadingOutput {
         self.push_path(ray, weight, last, self.vertex.cone);
     }
 
-    /// The ray as it leaves the surface of the current vertex.
-    #[inline(always)]
-    fn started(&self, ray: Ray) -> Ray {
-        match &self.contact {
-            None => ray,
-            Some(contact) => contact.start(ray),
-        }
-    }
-
     #[inline(always)]
     fn push_path(&mut self, ray: Ray, weight: Rgb, last: BounceState, cone: RayCone) {
-        self.rays.push(self.started(ray));
+        self.rays.push(ray);
+        if let Some(contact) = &self.contact {
+            start_last(&mut self.rays, contact);
+        }
         self.paths.push(PathState {
             sample: self.vertex.arrival.sample,
             depth: self.vertex.depth + 1,
@@ -261,5 +258,14 @@ impl ShadingOutput {
             last,
             cone,
         });
+    }
+}
+
+/// Lets the last ray start at a contact. Rays are pushed first, so that the compiler keeps those of other vertices in registers.
+#[cold]
+#[inline(never)]
+fn start_last(rays: &mut [Ray], contact: &Contact) {
+    if let Some(ray) = rays.last_mut() {
+        *ray = contact.start(*ray);
     }
 }

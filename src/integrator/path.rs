@@ -206,7 +206,8 @@ impl PathTracer {
         out: &mut ShadingOutput,
     ) {
         let (scene, path) = (context.scene, context.path);
-        for light in lights {
+        // Not a loop over `next`, which would store each light in memory.
+        lights.for_each(|light| {
             out.add_shadow_ray(
                 light.shadow_ray,
                 self.limits.clamped(path, 1, light.l),
@@ -216,7 +217,7 @@ impl PathTracer {
                     lobes: Lobes::reflected(light.f_cos, light.diffuse),
                 },
             );
-        }
+        });
         let Some(going_on) = going_on else { return };
         let Some((bounces, weight)) = self.limits.go_on(context, going_on.lobe, going_on.weight) else {
             return;
