@@ -3,7 +3,10 @@
 use std::path::PathBuf;
 
 use crate::{
-    assets::{AssetError, OverBudget, camera_path::CameraPathError},
+    assets::{
+        AssetError, OverBudget,
+        camera_path::{CameraPathError, ValueTableError},
+    },
     camera::path::PathError,
     compile,
     denoise::DenoiseError,
@@ -41,6 +44,21 @@ pub enum Error {
     Compile(#[from] compile::Error),
     #[error(transparent)]
     CameraPath(#[from] CameraPathError),
+    #[error(transparent)]
+    Values(#[from] ValueTableError),
+    #[error("{origin}: cannot read the file: {cause}: {}", path.display())]
+    CellFile {
+        origin: String,
+        cause: std::io::Error,
+        path: PathBuf,
+    },
+    #[error("{}: {name} is set by {other}, too", path.display())]
+    SetTwice {
+        path: PathBuf,
+        name: String,
+        /// What else sets it.
+        other: String,
+    },
     #[error("frame {frame} of the camera path: {cause}")]
     Pose { frame: i64, cause: PathError },
     #[error("{}: the scene's {camera} camera has no use for {}", path.display(), columns.join(", "))]
@@ -131,6 +149,7 @@ impl Error {
             }
             Self::Compile(compile::Error::Assets(errors)) => errors.iter().flat_map(AssetError::messages).collect(),
             Self::CameraPath(e) => e.to_string().lines().map(str::to_owned).collect(),
+            Self::Values(e) => e.to_string().lines().map(str::to_owned).collect(),
             other => vec![other.to_string()],
         }
     }
@@ -171,7 +190,7 @@ impl Error {
             | Self::OverwritesInput { .. }
             | Self::WithinOutput { .. }
             | Self::WrittenTwice { .. } => Blame::Usage,
-            Self::Scene(describe::Error::Read { cause, .. }) => input(cause),
+            Self::Scene(describe::Error::Read { cause, .. }) | Self::CellFile { cause, .. } => input(cause),
             Self::Compile(compile::Error::Assets(errors)) => {
                 if errors.iter().any(AssetError::is_missing) {
                     Blame::MissingInput
@@ -180,12 +199,15 @@ impl Error {
                 }
             }
             Self::CameraPath(CameraPathError::NotFound { .. })
+            | Self::Values(ValueTableError::NotFound { .. })
             | Self::Join(JoinError::Missing { .. })
             | Self::Denoise(DenoiseError::NoFiles { .. } | DenoiseError::Missing { .. } | DenoiseError::Oidn(_)) => {
                 Blame::MissingInput
             }
             Self::Compile(_)
             | Self::CameraPath(_)
+            | Self::Values(_)
+            | Self::SetTwice { .. }
             | Self::Scene(_)
             | Self::Invalid(_)
             | Self::NoCamera { .. }

@@ -1,6 +1,6 @@
 //! A job from its scene file to its last frame, for the program, other programs and tests.
 
-use std::{path::Path, time::Instant};
+use std::{path::Path, sync::OnceLock, time::Instant};
 
 use super::{
     CameraRig, Existing, InputHash, Inventory, JobEvent, Observer, Plan, PlannedFrame, Request, SceneFigures, Scenes,
@@ -9,6 +9,7 @@ use super::{
     resume::checkpoint,
     resume::job_lock::JobLock,
     run,
+    scenes::{SceneSource, load_options},
 };
 use crate::{
     accel,
@@ -17,7 +18,7 @@ use crate::{
         model_formats::{self, is_model},
     },
     compile::{
-        self, Instancing,
+        self,
         default_scene::{self, ModelOptions},
     },
     describe::{self, SceneDesc},
@@ -33,6 +34,8 @@ pub struct Job {
     store: Store,
     pub desc: SceneDesc,
     pub plan: Plan,
+    /// The hash of the files of the whole scene, once it is loaded.
+    inputs: OnceLock<InputHash>,
 }
 
 impl Job {
@@ -74,7 +77,12 @@ impl Job {
             }
         };
         let plan = Plan::new(&desc, request, store.files())?;
-        Ok(Self { store, desc, plan })
+        Ok(Self {
+            store,
+            desc,
+            plan,
+            inputs: OnceLock::new(),
+        })
     }
 
     /// A job of a parsed scene.
@@ -82,7 +90,12 @@ impl Job {
         let store = store(request);
         let desc = desc.with(&request.overrides)?;
         let plan = Plan::new(&desc, request, store.files())?;
-        Ok(Self { store, desc, plan })
+        Ok(Self {
+            store,
+            desc,
+            plan,
+            inputs: OnceLock::new(),
+        })
     }
 
     /// The files that were read so far, with the hashes of their contents.
@@ -92,7 +105,12 @@ impl Job {
 
     /// The hash of all files that were read so far, which are those of the whole scene once it is loaded.
     pub fn inputs(&self) -> InputHash {
-        InputHash::new(&self.store, &self.desc.source, self.plan.camera_path.as_deref())
+        let now = || {
+            let tables = self.plan.values.iter().flat_map(|values| values.paths());
+            let apart: Vec<&Path> = self.plan.camera_path.as_deref().into_iter().chain(tables).collect();
+            InputHash::new(&self.store, &self.desc.source, &apart)
+        };
+        self.inputs.get().copied().unwrap_or_else(now)
     }
 
     /// For each of these frames, the first file that is not what the job would write, if any; on the threads of the current rayon
@@ -114,10 +132,41 @@ impl Job {
     /// Loads all files of the scene and reports all their errors, on the threads of the current rayon pool. Builds no acceleration
     /// structure.
     pub fn load(&self) -> Result<SceneBuilder, Error> {
-        let scene = compile::load(&self.desc, &self.store, Instancing::default(), self.plan.first_eye);
+        let options = load_options(self.plan.values.as_deref(), self.plan.first_eye);
+        let scene = compile::load(&self.desc, &self.store, &options);
         // The scene has its own copy of the models.
         self.store.forget_models();
-        Ok(scene?)
+        let scene = scene?;
+        for file in self
+            .plan
+            .values
+            .iter()
+            .flat_map(|values| values.files_in_cells(&self.desc))
+        {
+            let missing = |cause| Error::CellFile {
+                origin: file.origin.clone(),
+                cause,
+                path: file.path.clone(),
+            };
+            self.store.files().read(&file.path).map_err(missing)?;
+        }
+        // Frames may load other files of these later.
+        let inputs = self.inputs();
+        let _ = self.inputs.set(inputs);
+        Ok(scene)
+    }
+
+    /// The scenes of the frames, made of that which [`Job::build`] returned.
+    pub fn scenes(&self, scene: Scene) -> Scenes<'_> {
+        let source = SceneSource {
+            desc: &self.desc,
+            store: &self.store,
+            accel: self.plan.picture.accel,
+        };
+        match &self.plan.values {
+            Some(values) => Scenes::moving(scene, source, values),
+            None => Scenes::still(scene),
+        }
     }
 
     /// The parts of the scene that [`Job::load`] returned.
@@ -196,8 +245,7 @@ impl Job {
         self.compare_files()?;
         targets::check(&self.plan)?;
         let _lock = JobLock::new(&self.plan, control.cancel)?;
-        let fills_film = self.plan.frames.iter().all(|frame| frame.camera.fills_film());
-        let coverage = self.plan.coverage(scene.background(), fills_film);
+        let coverage = self.plan.coverage_of_all(scene.background());
         let (plan, mut summary) = self.render(scene, observer, control)?;
         denoised::write((&plan, self.inputs(), coverage), &mut summary, observer, control.cancel)?;
         summary.wall = start.elapsed();
@@ -237,7 +285,7 @@ impl Job {
             };
             return Ok((plan.clone(), summary));
         }
-        let mut scenes = Scenes::still(self.build(scene)?);
+        let mut scenes = self.scenes(self.build(scene)?);
         let plan = plan.metered(scenes.seek(plan.first_frame)?, control.cancel)?;
         let summary = match plan.renders() {
             true => run(&plan, &mut scenes, &survey, observer, control)?,

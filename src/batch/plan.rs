@@ -17,8 +17,9 @@ pub(super) mod request;
 pub(super) mod rig;
 pub(super) mod time_limit;
 pub(super) mod turntable;
+mod values;
 
-use std::path::PathBuf;
+use std::{path::PathBuf, sync::Arc};
 
 use super::{
     Policy, Request,
@@ -27,7 +28,7 @@ use super::{
 use crate::{
     assets::Files,
     camera::FrameCamera,
-    describe::SceneDesc,
+    describe::{SceneDesc, Values},
     error::Error,
     film::Film,
     math::DVec3,
@@ -76,6 +77,8 @@ pub struct Plan {
     pub first_eye: Option<DVec3>,
     /// The file that the cameras come from.
     pub camera_path: Option<PathBuf>,
+    /// The values of the scene that change over time.
+    pub values: Option<Arc<Values>>,
     pub picture: PicturePlan,
     pub files: FilePlan,
     pub policy: Policy,
@@ -106,13 +109,20 @@ impl Plan {
         let mut picture = PicturePlan::new(desc, request, &patterns.rendered)?;
         let files = FilePlan::new(desc, request, &picture, &patterns)?;
         memory::take(desc, &picture, request.policy.checkpoint, inputs.memory())?;
+        let values = values::values(desc, request, inputs)?;
         let JobCameras {
             frames,
             beside,
             first_frame,
             first_eye,
             metering,
-        } = cameras(desc, request, picture.camera, picture.settings.resolution, inputs)?;
+        } = cameras(
+            desc,
+            request,
+            values.as_deref(),
+            (picture.camera, picture.settings.resolution),
+            inputs,
+        )?;
         let planned = |(number, camera)| PlannedFrame {
             number,
             camera,
@@ -147,6 +157,7 @@ impl Plan {
             first_frame,
             first_eye,
             camera_path: request.camera_path.clone(),
+            values,
             picture,
             files,
             policy: request.policy,
@@ -170,6 +181,11 @@ impl Plan {
             ..self.picture.settings.clone()
         };
         renderer.render(scene, camera, self.picture.integrator.as_dyn(), &settings, control)
+    }
+
+    /// The names of the values of the scene and what they are at a frame, in TOML; `None` where no value changes over time.
+    pub fn moment(&self, frame: f64) -> Option<Vec<(&str, String)>> {
+        Some(self.values.as_ref()?.named_at(frame).collect())
     }
 
     /// Whether the job renders its frames, and does not only denoise them.
@@ -211,6 +227,13 @@ impl Plan {
         } else {
             Coverage::Partial
         }
+    }
+
+    /// The coverage of the pictures of all frames, with the background of the scene file.
+    pub(super) fn coverage_of_all(&self, background: &Background) -> Coverage {
+        let hides = self.values.as_ref().is_some_and(|values| values.hides_background());
+        let fills_film = self.frames.iter().all(|frame| frame.camera.fills_film());
+        self.coverage(background, fills_film && !hides)
     }
 
     /// The metadata of a frame's files, but for their fingerprint.

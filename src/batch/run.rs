@@ -48,7 +48,7 @@ struct Finished<'a> {
 /// the plan says otherwise; a disk that is full or read-only ends the job. Whatever happens, a file under its own name is whole.
 pub fn run(
     plan: &Plan,
-    scenes: &mut Scenes,
+    scenes: &mut Scenes<'_>,
     survey: &Survey,
     observer: &dyn Observer,
     control: &Control<'_>,
@@ -61,8 +61,7 @@ pub fn run(
     };
     let start = Instant::now();
     let (send, receive) = sync_channel(1);
-    let background = &scenes.current().shading.background;
-    let coverage = plan.coverage(background, plan.frames.iter().all(|f| f.camera.fills_film()));
+    let coverage = plan.coverage_of_all(&scenes.current().shading.background);
     let rig = CameraRig::new(plan, scenes.seek(plan.first_frame)?);
     // Of its own: a thread that renders may have to wait for the writer.
     let encoders = ThreadPoolBuilder::new()
@@ -113,7 +112,7 @@ struct WriteSummary {
 
 fn render_all<'a>(
     (plan, rig): (&'a Plan, &CameraRig),
-    scenes: &mut Scenes,
+    scenes: &mut Scenes<'_>,
     (survey, coverage): (&Survey, Coverage),
     (observer, control): (&dyn Observer, &Control<'_>),
     send: &SyncSender<Finished<'a>>,

@@ -1,29 +1,101 @@
 //! The scenes of a job's frames.
 
-use crate::{error::Error, scene::Scene};
+use std::collections::BTreeSet;
+
+use crate::{
+    accel::BuildOptions,
+    assets::{MemoryKind, Store},
+    compile::{self, Change, LoadOptions, Refresher},
+    describe::{Entity, MovingScene, SceneDesc, Values},
+    error::Error,
+    math::DVec3,
+    scene::Scene,
+};
 
 /// The source of the scenes that a job renders. [`Scenes::seek`] gives the scene of a frame, which depends on the frame alone and
 /// never on those that were sought before.
-pub struct Scenes {
+pub struct Scenes<'j> {
     scene: Scene,
+    moving: Option<Moving<'j>>,
 }
 
-impl Scenes {
+/// What scenes of other times are made of.
+pub(super) struct SceneSource<'j> {
+    pub desc: &'j SceneDesc,
+    pub store: &'j Store,
+    pub accel: BuildOptions,
+}
+
+/// A scene whose values change over time.
+struct Moving<'j> {
+    source: SceneSource<'j>,
+    values: &'j Values,
+    reader: MovingScene<'j>,
+    options: LoadOptions,
+    refresher: Refresher,
+    /// The description of the scene that was sought last.
+    desc: SceneDesc,
+    state: State,
+}
+
+/// The values of the scene that was sought last.
+enum State {
+    /// Those of the scene file.
+    Base,
+    At(Vec<String>),
+    /// Unknown: the scene is compiled again.
+    Broken,
+}
+
+/// The options by which the scene of a job is loaded. `eye` is the first position of the camera.
+pub(super) fn load_options(values: Option<&Values>, eye: Option<DVec3>) -> LoadOptions {
+    LoadOptions {
+        eye,
+        moved: values.map(Values::moved_objects).unwrap_or_default(),
+        ..LoadOptions::default()
+    }
+}
+
+impl<'j> Scenes<'j> {
     /// The same scene for all frames.
     pub fn still(scene: Scene) -> Self {
-        Self { scene }
+        Self { scene, moving: None }
+    }
+
+    /// The scenes that `values` make of `scene`, which was compiled of `source` by [`load_options`].
+    pub(super) fn moving(scene: Scene, source: SceneSource<'j>, values: &'j Values) -> Self {
+        let options = LoadOptions {
+            origin: Some(scene.origin),
+            ..load_options(Some(values), None)
+        };
+        let moving = Moving {
+            reader: MovingScene::new(source.desc, values),
+            desc: source.desc.clone(),
+            source,
+            values,
+            options,
+            refresher: Refresher::default(),
+            state: State::Base,
+        };
+        Self {
+            scene,
+            moving: Some(moving),
+        }
     }
 
     /// Whether all frames have the same scene.
     pub fn is_still(&self) -> bool {
-        true
+        self.moving.is_none()
     }
 
     /// The scene at a time in frames, which may lie between two of them.
     ///
     /// # Errors
     /// There is no such scene: a value of this time does not fit the others, or a file that it names cannot be loaded.
-    pub fn seek(&mut self, _frame: f64) -> Result<&Scene, Error> {
+    pub fn seek(&mut self, frame: f64) -> Result<&Scene, Error> {
+        if let Some(moving) = &mut self.moving {
+            moving.seek(&mut self.scene, frame)?;
+        }
         Ok(&self.scene)
     }
 
@@ -33,5 +105,56 @@ impl Scenes {
     }
 
     /// Drops what a panic may have left inconsistent.
-    pub(super) fn recover(&mut self) {}
+    pub(super) fn recover(&mut self) {
+        if let Some(moving) = &mut self.moving {
+            moving.state = State::Broken;
+        }
+    }
 }
+
+impl Moving<'_> {
+    /// Makes `scene` that of a time in frames.
+    fn seek(&mut self, scene: &mut Scene, frame: f64) -> Result<(), Error> {
+        let new = self.values.at(frame);
+        let old = match std::mem::replace(&mut self.state, State::Broken) {
+            State::Base => Ok(None),
+            State::At(old) => Ok(Some(old)),
+            State::Broken => Err(()),
+        };
+        let known = old.as_ref().ok().and_then(|old| old.as_deref());
+        let changed: Vec<_> = self.reader.changed(known, &new).collect();
+        let entities: BTreeSet<Entity> = changed.iter().map(|(entity, _)| *entity).collect();
+        if !entities.is_empty() {
+            let set = self.reader.set(&mut self.desc, (frame, &new), &entities);
+            set.map_err(|found| Error::Compile(compile::Error::Invalid(found)))?;
+        }
+        let changes: BTreeSet<Change> = changed
+            .iter()
+            .filter_map(|(entity, path)| change(*entity, path))
+            .collect();
+        let store = self.source.store;
+        let is_fresh = old.is_ok() && self.refresher.refresh(scene, &self.desc, &changes, store)?;
+        if !is_fresh {
+            store.files().memory().release(MemoryKind::Images);
+            *scene = compile::scene_from(&self.desc, self.source.accel, store, &self.options)?;
+        }
+        self.state = State::At(new);
+        Ok(())
+    }
+}
+
+/// The change of the compiled scene where the key at `path` of an entity changes.
+fn change(entity: Entity, path: &[String]) -> Option<Change> {
+    let is = |step: usize, name: &str| path.get(step).is_some_and(|own| own == name);
+    match entity {
+        Entity::Material(at) => Some(Change::Material(at)),
+        Entity::Light(at) => Some(Change::Light(at)),
+        Entity::Background if !is(1, "file") => Some(Change::Background),
+        Entity::Object(at) if is(0, "transform") => Some(Change::Transform(at)),
+        Entity::Camera => None,
+        Entity::Background | Entity::Object(_) | Entity::Texture(_) => Some(Change::Other),
+    }
+}
+
+#[cfg(test)]
+mod tests;

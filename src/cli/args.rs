@@ -91,6 +91,10 @@ pub struct CheckArgs {
     #[arg(long, value_name = "FILE")]
     pub frames: Option<PathBuf>,
 
+    /// Values of the scene over frames
+    #[arg(long, value_name = "FILE")]
+    pub values: Option<PathBuf>,
+
     /// Let models name files outside of their own folders
     #[arg(long)]
     pub allow_outside: bool,
@@ -201,6 +205,10 @@ pub struct RenderArgs {
     /// Camera path, a CSV file; without it, the scene's own camera renders one frame
     #[arg(long, value_name = "FILE", help_heading = heading::FRAMES)]
     pub frames: Option<PathBuf>,
+
+    /// Values of the scene over frames, a CSV file: a column for each, such as light.key.point.intensity
+    #[arg(long, value_name = "FILE", help_heading = heading::FRAMES)]
+    pub values: Option<PathBuf>,
 
     /// See a model by its camera of this name, or of this number from 0
     #[arg(long, value_name = "NAME", hide_short_help = true, help_heading = heading::FRAMES)]

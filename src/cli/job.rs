@@ -57,6 +57,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 fn check(args: &CheckArgs, simd: Isa) -> anyhow::Result<()> {
     let request = Request {
         camera_path: args.frames.clone(),
+        values: args.values.clone(),
         overrides: args.settings.0.clone(),
         allow_outside: args.allow_outside,
         strict: args.strict,

@@ -43,6 +43,7 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
     Ok(Request {
         overrides: args.settings.0.clone(),
         camera_path: args.frames.clone(),
+        values: args.values.clone(),
         turntable: args.turntable,
         range,
         part,

@@ -91,8 +91,8 @@ struct Flags {
     #[arg(id = "output.exposure", long = "exposure", value_name = "STOPS", allow_hyphen_values = true, hide_short_help = true, help_heading = PICTURE)]
     exposure: Option<String>,
 
-    /// A value for a key of the scene file, such as camera.perspective.fov=40; repeatable
-    #[arg(id = "set", long = "set", value_name = "KEY=VALUE", value_parser = assignment, hide_short_help = true, help_heading = PICTURE)]
+    /// A value of the scene by its name, such as light.key.point.intensity=90; repeatable
+    #[arg(id = "set", long = "set", value_name = "NAME=VALUE", value_parser = assignment, hide_short_help = true, help_heading = PICTURE)]
     set: Vec<(String, toml::Value)>,
 }
 

@@ -15,7 +15,7 @@ pub fn light_units() -> impl TypedValueParser<Value = LightUnits> {
 pub fn assignment(text: &str) -> Result<(String, toml::Value), String> {
     let (key, value) = text
         .split_once('=')
-        .ok_or("expected KEY=VALUE, such as camera.perspective.fov=40")?;
+        .ok_or("expected NAME=VALUE, such as camera.perspective.fov=40")?;
     let (key, value) = (key.trim(), value.trim());
     if key.split('.').any(str::is_empty) {
         return Err("expected the path of a key before the =, such as render.seed".into());

@@ -117,6 +117,7 @@ fn object(path: &Path, options: ModelOptions<'_>) -> ObjectDesc {
             radius: options.point_radius.map(Positive),
         })),
         transform: None,
+        visible: true,
         group: None,
     }
 }
@@ -124,6 +125,7 @@ fn object(path: &Path, options: ModelOptions<'_>) -> ObjectDesc {
 fn daylight() -> LightEntry {
     LightEntry {
         span: 0..0,
+        name: None,
         group: None,
         light: LightDesc::Sun(SunDesc {
             direction: Direction(SUN.normalize()),

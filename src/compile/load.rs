@@ -1,6 +1,6 @@
 //! The first step of compilation: a description and its files become a [`SceneBuilder`].
 
-use std::cell::RefCell;
+use std::{cell::RefCell, collections::BTreeSet};
 
 use super::{
     Error, Instancing, background,
@@ -35,8 +35,8 @@ struct Compiled {
 
 impl Compiled {
     /// Compiles the description itself, relative to `origin`.
-    fn around(origin: DVec3, desc: &SceneDesc) -> Result<Self, Error> {
-        let mut compiler = Compiler::new(desc, origin);
+    fn around(origin: DVec3, desc: &SceneDesc, moved: &BTreeSet<usize>) -> Result<Self, Error> {
+        let mut compiler = Compiler::new(desc, origin, moved);
         compiler.textures();
         compiler.materials();
         let placed = compiler.objects();
@@ -58,13 +58,16 @@ impl Compiled {
 fn around_models(
     desc: &SceneDesc,
     store: &Store,
-    eye: Option<DVec3>,
+    options: &LoadOptions,
 ) -> Result<(Compiled, Result<LoadedModels, Vec<AssetError>>), Error> {
-    let mut origin = SceneOrigin::new(desc, eye);
-    let first = origin.choose();
-    let compiled = Compiled::around(first, desc)?;
+    let mut origin = SceneOrigin::new(desc, options.eye);
+    let first = options.origin.unwrap_or_else(|| origin.choose());
+    let compiled = Compiled::around(first, desc, &options.moved)?;
     let requests: Vec<ModelRequest> = compiled.placed.iter().map(PlacedModel::request).collect();
     let loaded = store.models(&requests).map(LoadedModels::new);
+    if options.origin.is_some() {
+        return Ok((compiled, loaded));
+    }
     if let Ok(loaded) = &loaded {
         let placed = compiled.placed.iter().zip(loaded.bounds());
         origin.add(placed.map(|(placed, bounds)| placed.place.world_box(first, bounds)));
@@ -73,23 +76,28 @@ fn around_models(
     let compiled = if chosen == first {
         compiled
     } else {
-        Compiled::around(chosen, desc)?
+        Compiled::around(chosen, desc, &options.moved)?
     };
     Ok((compiled, loaded))
 }
 
+/// What the arrays of a scene depend on beside its description.
+#[derive(Clone, Debug, Default)]
+pub struct LoadOptions {
+    pub instancing: Instancing,
+    /// The first position of the camera if it is not that of the scene's own camera. In a large scene, positions near it are the
+    /// most precise.
+    pub eye: Option<DVec3>,
+    /// The origin of the scene; `None` for that which suits it.
+    pub origin: Option<DVec3>,
+    /// The objects that move at some time, by their indices. They are never baked into the world.
+    pub moved: BTreeSet<usize>,
+}
+
 /// Loads a scene without its acceleration structure and lights, which [`SceneBuilder::build`] makes, on the threads of the
 /// current rayon pool. Models that `store` already has are not loaded again.
-///
-/// `eye` is the first position of the camera if it is not that of the scene's own camera. In a large scene, positions near it are
-/// the most precise.
-pub fn load(
-    desc: &SceneDesc,
-    store: &Store,
-    instancing: Instancing,
-    eye: Option<DVec3>,
-) -> Result<SceneBuilder, Error> {
-    let (compiled, loaded) = around_models(desc, store, eye)?;
+pub fn load(desc: &SceneDesc, store: &Store, options: &LoadOptions) -> Result<SceneBuilder, Error> {
+    let (compiled, loaded) = around_models(desc, store, options)?;
     let Compiled {
         mut scene,
         mut images,
@@ -111,7 +119,7 @@ pub fn load(
     let mut models = models::ModelPlacer {
         scene: &mut scene,
         images: &mut images,
-        instancing,
+        instancing: options.instancing,
         warnings: store.warnings(),
         memory,
     };

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use super::compiler::{Compiler, undefined};
 use crate::{
     assets::model::{Model, ModelTexture, UvSet},
+    describe::{MaterialEntry, SceneDesc},
     material::{Material, MaterialDesc, matte::Matte},
     math::ColorConversion,
     scene::SceneBuilder,
@@ -14,33 +15,44 @@ use crate::{
 
 impl Compiler<'_> {
     pub(super) fn materials(&mut self) {
-        let desc = self.desc;
-        let names: HashMap<&str, u32> = desc
-            .textures
-            .iter()
-            .zip(0..)
-            .map(|(t, i)| (t.name.get_ref().as_str(), i))
-            .collect();
-        let texture = |name: &str, source: &Spanned<ColorSource>| match names.get(name) {
-            Some(id) => Ok(TextureId(*id)),
-            None => Err(undefined(
-                "texture",
-                name,
-                source.span(),
-                desc.textures.iter().map(|t| &t.name),
-            )),
-        };
-        for entry in &desc.materials {
-            let name = &entry.name;
-            let material = compile(&entry.material, &texture).map_err(|problem| {
-                // A problem without a span belongs to the whole material.
-                let span = problem.span.clone().or_else(|| Some(name.span()));
-                Problem { span, ..problem }
-            });
-            if let Some(material) = self.record(material) {
-                self.scene.named_material(name.get_ref(), material);
+        let names = TextureNames::new(self.desc);
+        for entry in &self.desc.materials {
+            if let Some(material) = self.record(names.material(entry)) {
+                self.scene.named_material(entry.name.get_ref(), material);
             }
         }
+    }
+}
+
+/// The textures of a scene file by name.
+pub(super) struct TextureNames<'a> {
+    desc: &'a SceneDesc,
+    ids: HashMap<&'a str, u32>,
+}
+
+impl<'a> TextureNames<'a> {
+    pub fn new(desc: &'a SceneDesc) -> Self {
+        let names = desc.textures.iter().map(|t| t.name.get_ref().as_str());
+        Self {
+            desc,
+            ids: names.zip(0..).collect(),
+        }
+    }
+
+    /// Compiles a material of the scene file.
+    pub fn material(&self, entry: &MaterialEntry) -> Result<Material, Problem> {
+        let texture = |name: &str, source: &Spanned<ColorSource>| match self.ids.get(name) {
+            Some(id) => Ok(TextureId(*id)),
+            None => {
+                let known = self.desc.textures.iter().map(|t| &t.name);
+                Err(undefined("texture", name, source.span(), known))
+            }
+        };
+        compile(&entry.material, &texture).map_err(|problem| {
+            // A problem without a span belongs to the whole material.
+            let span = problem.span.clone().or_else(|| Some(entry.name.span()));
+            Problem { span, ..problem }
+        })
     }
 }
 

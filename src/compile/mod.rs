@@ -28,10 +28,12 @@ mod objects;
 mod origin;
 mod place;
 mod points;
+mod refresh;
 
 pub use error::Error;
 pub use instancing::Instancing;
-pub use load::load;
+pub use load::{LoadOptions, load};
+pub use refresh::{Change, Refresher};
 
 /// Compiles a scene and builds its acceleration structure, on the threads of the current rayon pool.
 pub fn scene(desc: &SceneDesc, accel: impl Into<BuildOptions>) -> Result<Scene, Error> {
@@ -50,12 +52,24 @@ pub fn scene_instancing(
     store: &Store,
     instancing: Instancing,
 ) -> Result<Scene, Error> {
-    let scene = load(desc, store, instancing, None)?
-        .build(accel)
-        .map_err(|cause| Error::Build {
-            cause,
-            path: desc.source.path.clone(),
-        })?;
+    let options = LoadOptions {
+        instancing,
+        ..LoadOptions::default()
+    };
+    scene_from(desc, accel, store, &options)
+}
+
+/// Compiles a scene with these options.
+pub fn scene_from(
+    desc: &SceneDesc,
+    accel: impl Into<BuildOptions>,
+    store: &Store,
+    options: &LoadOptions,
+) -> Result<Scene, Error> {
+    let scene = load(desc, store, options)?.build(accel).map_err(|cause| Error::Build {
+        cause,
+        path: desc.source.path.clone(),
+    })?;
     warn_dark_emitters(&scene, store.warnings());
     Ok(scene)
 }

@@ -1,6 +1,10 @@
 //! Models of a scene: triangles in world space, or instances.
 
-use std::{collections::HashMap, path::PathBuf, sync::Arc};
+use std::{
+    collections::{HashMap, HashSet},
+    path::PathBuf,
+    sync::Arc,
+};
 
 use super::{
     instancing::{InstanceUnits, Instancing},
@@ -34,6 +38,10 @@ pub(super) struct PlacedModel {
     /// Overrides the model's own materials.
     pub material: Option<MaterialId>,
     pub place: ObjectPlace,
+    /// Whether its geometry and its lights are there.
+    pub visible: bool,
+    /// Whether it moves at some time: then its parts are instances.
+    pub moved: bool,
     /// The group of its lights.
     pub light_group: Option<String>,
     /// Overrides the radius of its points, in m.
@@ -158,9 +166,24 @@ struct PlacedParts<'a> {
     copies: &'a [Option<u32>],
     first_copy: u32,
     scene_from_group: DAffine3,
+    model_from_group: DAffine3,
     object_from_group: ObjectFromGroup,
     /// The node, if the parts become an instance.
     node: Option<NodeId>,
+}
+
+impl PlacedParts<'_> {
+    /// The transform of the parts as an instance. That of an object that moves is the one that moving it makes.
+    fn transform(&self) -> Option<Transform> {
+        let whole = Transform::new(self.scene_from_group)?;
+        match (self.placed.place.transform, self.object_from_group) {
+            (Some(place), ObjectFromGroup::Identity) if self.placed.moved => Some(place),
+            (Some(place), ObjectFromGroup::At(_)) if self.placed.moved => {
+                place.then_from(&Transform::new(self.model_from_group)?)
+            }
+            _ => Some(whole),
+        }
+    }
 }
 
 /// The space of added triangles.
@@ -186,6 +209,8 @@ impl ModelPlacer<'_> {
         let LoadedModels { models, bounds } = loaded;
         let mut errors = Vec::new();
         let mut uses: HashMap<*const Model, ModelUse> = HashMap::new();
+        let pairs = placed.iter().zip(models);
+        let moved: HashSet<*const Model> = pairs.filter(|(p, _)| p.moved).map(|(_, m)| Arc::as_ptr(m)).collect();
         for (placed, model) in placed.iter().zip(models) {
             let model_use = uses.entry(Arc::as_ptr(model)).or_default();
             model_use.objects += 1;
@@ -201,7 +226,10 @@ impl ModelPlacer<'_> {
         let mut plans: HashMap<*const Model, InstancingPlan> = HashMap::new();
         for (placed, model) in placed.iter().zip(models) {
             let at = Arc::as_ptr(model);
-            let instancing = self.instancing;
+            let instancing = match moved.contains(&at) {
+                true => Instancing::Always,
+                false => self.instancing,
+            };
             let plan = plans
                 .entry(at)
                 .or_insert_with(|| InstancingPlan::new(model, &bounds[&at], &uses[&at], instancing));
@@ -229,6 +257,9 @@ impl ModelPlacer<'_> {
         plan: &mut InstancingPlan,
     ) -> Result<usize, AssetError> {
         if let Some(points) = &model.points {
+            if !placed.visible {
+                return Ok(0);
+            }
             self.take(points.positions.len() as u64 * SceneBuilder::SHAPE_BYTES, placed)?;
             self.add_points(placed, points, model_use);
             return Ok(0);
@@ -253,6 +284,9 @@ impl ModelPlacer<'_> {
         };
         let of_parts = &plan.units.copies.of_parts;
         let first_copy = self.scene.add_copies(plan.units.copies.count);
+        if !placed.visible {
+            return Ok(0);
+        }
         let rest_copies: Vec<Option<u32>> = plan.units.rest.iter().map(|part| of_parts[*part]).collect();
         let rest = PlacedParts {
             placed,
@@ -262,6 +296,7 @@ impl ModelPlacer<'_> {
             first_copy,
             parts: plan.rest_parts.as_ref().unwrap_or(&model.instances),
             scene_from_group: placed.place.of(&plan.model_from_rest),
+            model_from_group: plan.model_from_rest,
             object_from_group: object_from_rest,
             node: None,
         };
@@ -282,6 +317,7 @@ impl ModelPlacer<'_> {
                     copies: &vec![Some(0); parts.len()],
                     first_copy: first_copy + of_parts[run.start].unwrap_or(0),
                     scene_from_group: placed.place.of(&model_from_group),
+                    model_from_group,
                     object_from_group: self.object_from_group(
                         placed,
                         Some(run.start),
@@ -299,7 +335,7 @@ impl ModelPlacer<'_> {
 
     /// Adds the lights of a model, where the object brings them.
     fn add_lights(&mut self, placed: &PlacedModel, model: &Model) -> Result<(), AssetError> {
-        if placed.choice.lights != Some(true) {
+        if placed.choice.lights != Some(true) || !placed.visible {
             return Ok(());
         }
         let world_from_scene = DAffine3::from_translation(self.scene.origin());
@@ -387,7 +423,7 @@ impl ModelPlacer<'_> {
             let emission = self.scene.material_of(material).emission();
             emission.is_some_and(|e| e.reach == EmissionReach::Everything)
         };
-        let transform = Transform::new(copy.scene_from_group).filter(|t| t.magnification().0 <= MAX_MAGNIFICATION);
+        let transform = copy.transform().filter(|t| t.magnification().0 <= MAX_MAGNIFICATION);
         let (Some(group), Some(transform)) = (group.filter(|_| !copy.parts.iter().any(emits)), transform) else {
             let mut dropped = 0;
             for part in copy.parts.iter().zip(copy.copies) {

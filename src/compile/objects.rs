@@ -2,8 +2,13 @@
 
 use super::{compiler::Compiler, models::PlacedModel, place::ObjectPlace};
 use crate::{
-    assets::model::ModelChoice, describe::ObjectDesc, material::MaterialId, math::DVec3, scene::ObjectId,
-    shape::ShapeDesc, value::Problem,
+    assets::model::ModelChoice,
+    describe::ObjectDesc,
+    material::MaterialId,
+    math::{DAffine3, DVec3},
+    scene::ObjectId,
+    shape::ShapeDesc,
+    value::{Problem, Spanned},
 };
 
 impl Compiler<'_> {
@@ -12,7 +17,7 @@ impl Compiler<'_> {
         let mut models = Vec::new();
         for (i, object) in self.desc.objects.iter().enumerate() {
             let material = self.material_of(object);
-            let place = self.place_of(object);
+            let place = self.place_of(object, i);
             let name = name_of(object, i);
             if let ShapeDesc::Mesh(mesh) = object.shape.get_ref() {
                 let (Some(material), Some(place)) = (material, place) else {
@@ -32,6 +37,8 @@ impl Compiler<'_> {
                     },
                     material,
                     place,
+                    visible: object.visible,
+                    moved: self.moved.contains(&i),
                     light_group: object.group.as_ref().map(|g| g.as_str().to_owned()),
                     point_radius: mesh.radius.map(|r| r.0),
                 });
@@ -50,7 +57,10 @@ impl Compiler<'_> {
             let (Some(Some(material)), Some(shape), Some(place)) = (material, shape, place) else {
                 continue;
             };
-            let id = self.scene.shape(&name, shape, place.transform, material);
+            let id = match object.visible {
+                true => self.scene.shape(&name, shape, place.transform, material),
+                false => self.scene.object(&name, None, material),
+            };
             self.light_group(object, id);
         }
         models
@@ -75,16 +85,34 @@ impl Compiler<'_> {
         self.record(found)
     }
 
-    fn place_of(&mut self, object: &ObjectDesc) -> Option<ObjectPlace> {
-        let Some(given) = &object.transform else {
-            return Some(ObjectPlace::in_world(self.origin));
+    fn place_of(&mut self, object: &ObjectDesc, index: usize) -> Option<ObjectPlace> {
+        let place = match self.moved.contains(&index) {
+            true => moved_place(object, self.origin),
+            false => place(object, self.origin),
         };
-        let place = given.get_ref().compile(given.span()).and_then(|world_from_object| {
-            let too_far = || Problem::at(given.span(), "the transform has no inverse");
-            ObjectPlace::new(world_from_object, self.origin).ok_or_else(too_far)
-        });
         self.record(place)
     }
+}
+
+/// The place of an object that never moves.
+fn place(object: &ObjectDesc, origin: DVec3) -> Result<ObjectPlace, Problem> {
+    let Some(given) = &object.transform else {
+        return Ok(ObjectPlace::in_world(origin));
+    };
+    let world_from_object = given.get_ref().compile(given.span())?;
+    let too_far = || Problem::at(given.span(), "the transform has no inverse");
+    ObjectPlace::new(world_from_object, origin).ok_or_else(too_far)
+}
+
+/// The place, at one time, of an object that moves: it always has a transform.
+pub(super) fn moved_place(object: &ObjectDesc, origin: DVec3) -> Result<ObjectPlace, Problem> {
+    let span = object.transform.as_ref().map_or(object.shape.span(), Spanned::span);
+    let world_from_object = match &object.transform {
+        Some(given) => given.get_ref().compile(given.span())?,
+        None => DAffine3::IDENTITY,
+    };
+    let too_far = || Problem::at(span, "the transform has no inverse");
+    ObjectPlace::moved(world_from_object, origin).ok_or_else(too_far)
 }
 
 fn name_of(object: &ObjectDesc, index: usize) -> String {

@@ -25,6 +25,11 @@ impl ObjectPlace {
         if Transform::new(world_from_object)?.is_identity() {
             return Some(Self::in_world(origin));
         }
+        Self::moved(world_from_object, origin)
+    }
+
+    /// An object whose transform counts even where it changes nothing; `None` if it has no inverse.
+    pub fn moved(world_from_object: DAffine3, origin: DVec3) -> Option<Self> {
         let scene_from_object = DAffine3 {
             translation: world_from_object.translation - origin,
             ..world_from_object

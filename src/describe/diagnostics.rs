@@ -5,7 +5,7 @@ use std::{fmt, ops::Range, path::PathBuf, sync::Arc};
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 
 use super::Overrides;
-use crate::value::{Problem, is_override, one_line, visible};
+use crate::value::{Problem, one_line, visible};
 
 /// The most characters of a message before it is shortened.
 const LONGEST_MESSAGE: usize = 1000;
@@ -61,7 +61,9 @@ impl Diagnostics {
     /// Whether no problem is that of a file.
     pub fn are_of_overrides(&self) -> bool {
         let spans = self.problems.iter().map(|problem| problem.span.as_ref());
-        spans.into_iter().all(|span| span.is_some_and(is_override))
+        spans
+            .into_iter()
+            .all(|span| span.is_some_and(|span| self.source.overrides.is_request(span)))
     }
 
     /// Each problem with the line that has it, or with the origin of its value.

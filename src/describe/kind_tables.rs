@@ -40,7 +40,7 @@ pub(super) static MATERIAL: KindTable = table("material", MaterialDesc::NAMES);
 pub(super) static SAMPLER: KindTable = table("sampler", SamplerDesc::NAMES);
 pub(super) static SHAPE: KindTable = table("shape", ShapeDesc::NAMES);
 pub(super) static LIGHT: KindTable = KindTable {
-    beside: &["group"],
+    beside: &["name", "group"],
     ..table("light", LightDesc::NAMES)
 };
 pub(super) static TEXTURE: KindTable = KindTable {
@@ -66,8 +66,8 @@ pub(super) fn all() -> Vec<&'static [&'static str]> {
 }
 
 /// Returns the sort of the table at a path of keys, if one of its keys names a kind.
-pub(super) fn kind_table(path: &[String]) -> Option<&'static KindTable> {
-    let path: Vec<&str> = path.iter().map(String::as_str).collect();
+pub(super) fn kind_table(path: &[impl AsRef<str>]) -> Option<&'static KindTable> {
+    let path: Vec<&str> = path.iter().map(AsRef::as_ref).collect();
     match *path {
         ["render", "integrator"] => Some(&INTEGRATOR),
         ["render", "sampler"] => Some(&SAMPLER),
@@ -80,6 +80,11 @@ pub(super) fn kind_table(path: &[String]) -> Option<&'static KindTable> {
         ["texture", _, "mapping"] => Some(&MAPPING),
         _ => None,
     }
+}
+
+/// Whether `name` is that of a kind in the table at a path of keys.
+pub(super) fn is_kind(path: &[impl AsRef<str>], name: &str) -> bool {
+    kind_table(path).is_some_and(|table| table.kinds.contains(&name))
 }
 
 impl KindTable {
@@ -128,19 +133,20 @@ impl KindTable {
 
 /// Returns the problem of an override at `path` that belongs to another kind than the table has. It does not replace the
 /// kind: a single key would drop all that the file says of it.
-pub(super) fn another_kind(table: &DeTable<'_>, path: &[String], span: &Span, text: &str) -> Option<Problem> {
-    let mut value = table.get(path.first()?.as_str())?;
-    for (n, key) in path.iter().enumerate().skip(1) {
+pub(super) fn another_kind(table: &DeTable<'_>, path: &[impl AsRef<str>], span: &Span, text: &str) -> Option<Problem> {
+    let path: Vec<&str> = path.iter().map(AsRef::as_ref).collect();
+    let mut value = table.get(*path.first()?)?;
+    for (n, &key) in path.iter().enumerate().skip(1) {
         if let Some(sort) = kind_table(&path[..n])
-            && sort.kinds.contains(&key.as_str())
-            && let Some((kind, kind_span)) = sort.kind_of(value).filter(|(kind, _)| kind != key)
+            && sort.kinds.contains(&key)
+            && let Some((kind, kind_span)) = sort.kind_of(value).filter(|(kind, _)| *kind != key)
         {
             let message = format!("the {} is `{kind}`{}, not `{key}`", sort.what, place(text, &kind_span));
             let help = format!("to replace it, set {}={key} before", path[..n].join("."));
             return Some(Problem::at(span.clone(), message).with_help(help));
         }
         value = match value.get_ref() {
-            DeValue::Table(table) => table.get(key.as_str())?,
+            DeValue::Table(table) => table.get(key)?,
             DeValue::Array(list) => list.get(key.parse::<usize>().ok()?)?,
             _ => return None,
         };

@@ -4,19 +4,27 @@
 //! [`Diagnostics`], which point into the file.
 
 mod diagnostics;
+mod entity;
 mod foreign;
 mod kind_tables;
 mod light_group;
+mod moving;
+mod names;
 mod overrides;
 mod read;
 mod samples;
 mod scene;
 mod settings;
+mod value_columns;
+mod values;
 
 pub use diagnostics::{Diagnostics, Source};
+pub use entity::Entity;
 pub use light_group::LightGroupName;
+pub use moving::MovingScene;
 pub use overrides::{Overrides, number_or_text};
 pub use read::{Error, load, parse};
 pub use samples::{AdaptiveDesc, SamplesDesc};
 pub use scene::{BackgroundDesc, LightEntry, MaterialEntry, ObjectDesc, SceneDesc, TextureEntry, TransformDesc};
 pub use settings::{CRYPTOMATTE_LEVELS, OneOrMany, OutputDesc, RenderDesc, are_cryptomatte_levels};
+pub use values::{ValueFile, Values};

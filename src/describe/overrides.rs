@@ -8,14 +8,14 @@ use std::borrow::Cow;
 
 use toml::de::{DeTable, DeValue};
 
-use super::kind_tables::{another_kind, kind_table};
-use crate::value::{OVERRIDES, Problem, Span, Spanned, UnknownName};
+use super::{
+    kind_tables::{another_kind, kind_table},
+    names::{Component, KnownNames, unset},
+};
+use crate::value::{OVERRIDES, Problem, Span, Spanned};
 
 /// The number of samples where no scene file has one, in TOML.
 const SAMPLES: &str = "64";
-
-/// The tables whose keys are names that the scene file chooses.
-const NAMED: [&str; 2] = ["material", "texture"];
 
 /// A value for a key of a scene file.
 #[derive(Clone, Debug, PartialEq)]
@@ -26,6 +26,16 @@ struct Override {
     value: String,
     /// The place where the value was given, such as `--samples`.
     origin: String,
+    place: Place,
+}
+
+/// Who gives a value.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Place {
+    /// A flag, or a caller of the library.
+    Request,
+    /// A cell of a file.
+    Cell,
 }
 
 /// Values that replace those of a scene file, in the order in which they are applied.
@@ -45,7 +55,16 @@ impl Overrides {
             path: path.split('.').map(str::to_owned).collect(),
             value: value.into().to_string(),
             origin: origin.to_owned(),
+            place: Place::Request,
         });
+    }
+
+    /// Adds the origin of the value `name`, whose cell has it.
+    pub(super) fn set_cell(&mut self, origin: &str, name: &str) {
+        self.set(origin, name, true);
+        if let Some(last) = self.0.last_mut() {
+            last.place = Place::Cell;
+        }
     }
 
     /// Adds these after the own ones.
@@ -76,6 +95,11 @@ impl Overrides {
         Some(&self.at(span)?.origin)
     }
 
+    /// Whether the value with this span is a request's, and no file's.
+    pub(super) fn is_request(&self, span: &Span) -> bool {
+        self.at(span).is_some_and(|one| one.place == Place::Request)
+    }
+
     /// The key whose override has the unknown name `word` at this span, if any.
     pub(super) fn named(&self, span: &Span, word: &str) -> Option<&str> {
         let path = &self.at(span)?.path;
@@ -92,35 +116,27 @@ impl Overrides {
 
     /// Puts the values into the table of the scene file `text`. Returns the problems of those that have no place in it.
     pub(super) fn apply<'i>(&'i self, table: &mut DeTable<'i>, text: &str) -> Vec<Problem> {
-        let mut problems = Vec::new();
-        let defined = NAMED.map(|what| names(table, what));
+        let (mut problems, mut components) = (Vec::new(), Vec::new());
+        let known = KnownNames::new(table);
         for (one, start) in self.0.iter().zip(OVERRIDES..) {
             let span = start..start + 1;
-            let misplaced = undefined(&defined, &one.path, &span);
-            if let Some(problem) = misplaced.or_else(|| another_kind(table, &one.path, &span, text)) {
-                problems.push(problem);
-                continue;
-            }
+            let path = known.resolve(&one.path, &span);
+            let path = path.and_then(|path| match another_kind(table, &path, &span, text) {
+                Some(problem) => Err(problem),
+                None => Ok(path),
+            });
             let value = DeValue::parse(&one.value).expect("the TOML crate has written it");
-            problems.extend(put(table, &one.path, placed(value.into_inner(), &span)).err());
+            let put = path.and_then(|path| {
+                let component = Component::of_path(&path);
+                put(table, (&path, component), placed(value.into_inner(), &span))?;
+                components.extend(component.map(|_| (path, span)));
+                Ok(())
+            });
+            problems.extend(put.err());
         }
+        problems.extend(components.iter().filter_map(|(path, span)| unset(table, path, span)));
         problems
     }
-}
-
-/// The names in the table `what` of a scene file.
-fn names(table: &DeTable<'_>, what: &str) -> Vec<String> {
-    let named = table.get(what).and_then(|value| value.get_ref().as_table());
-    let keys = named.into_iter().flat_map(|named| named.keys());
-    keys.map(|key| key.get_ref().to_string()).collect()
-}
-
-/// Returns the problem of a path to a name that the file does not `define`, where it defines others.
-fn undefined(defined: &[Vec<String>; NAMED.len()], path: &[String], span: &Span) -> Option<Problem> {
-    let [table, name, ..] = path else { return None };
-    let (what, names) = NAMED.iter().zip(defined).find(|(what, _)| *what == table)?;
-    let is_new = !names.is_empty() && !names.contains(name);
-    is_new.then(|| UnknownName::new(what, name, names.iter().map(String::as_str)).at(span.clone()))
 }
 
 /// The value of a text: a number if it can be read as one.
@@ -131,7 +147,7 @@ pub fn number_or_text(text: &str) -> toml::Value {
 }
 
 /// The value with all of it at `span`.
-fn placed<'i>(value: DeValue<'i>, span: &Span) -> Spanned<DeValue<'i>> {
+pub(super) fn placed<'i>(value: DeValue<'i>, span: &Span) -> Spanned<DeValue<'i>> {
     let inside = |value: Spanned<DeValue<'i>>| placed(value.into_inner(), span);
     let value = match value {
         DeValue::Array(array) => DeValue::Array(array.into_iter().map(inside).collect()),
@@ -147,12 +163,23 @@ fn placed<'i>(value: DeValue<'i>, span: &Span) -> Spanned<DeValue<'i>> {
 }
 
 /// Sets the key at this path below `table`, and makes the tables that are missing on the way.
-fn put<'i>(table: &mut DeTable<'i>, path: &'i [String], value: Spanned<DeValue<'i>>) -> Result<(), Problem> {
+pub(super) fn put<'i>(
+    table: &mut DeTable<'i>,
+    (path, component): (&[Cow<'i, str>], Option<Component>),
+    value: Spanned<DeValue<'i>>,
+) -> Result<(), Problem> {
     let [key, inner @ ..] = path else { return Ok(()) };
     let span = value.span();
-    let named = || Spanned::new(span.clone(), Cow::Borrowed(key.as_str()));
+    let named = || Spanned::new(span.clone(), key.clone());
+    if let (Some(component), [_]) = (component, inner)
+        && table.get(key.as_ref()).is_none_or(|old| !old.get_ref().is_table())
+    {
+        let old = table.remove(key.as_ref());
+        table.insert(named(), component.put(key, old, value)?);
+        return Ok(());
+    }
     let Some(next) = inner.first() else {
-        let old = table.remove(key.as_str());
+        let old = table.remove(key.as_ref());
         let new = match old {
             Some(old) => merged(key, old, value),
             None => value,
@@ -160,14 +187,14 @@ fn put<'i>(table: &mut DeTable<'i>, path: &'i [String], value: Spanned<DeValue<'
         table.insert(named(), new);
         return Ok(());
     };
-    let (name, old) = table.remove_entry(key.as_str()).unzip();
+    let (name, old) = table.remove_entry(key.as_ref()).unzip();
     let mut old = written_out(key, next, old, &span)?;
     let no_table = |what: &DeValue<'_>| {
         let message = format!("`{key}` is no table but of type {}", what.type_str());
         Err(Problem::at(span.clone(), message))
     };
     let result = match old.get_mut() {
-        DeValue::Table(table) => put(table, inner, value),
+        DeValue::Table(table) => put(table, (inner, component), value),
         DeValue::Array(list) => {
             let element = next.parse().ok().and_then(|n: usize| list.get_mut(n));
             match (element, &inner[1..]) {
@@ -176,7 +203,7 @@ fn put<'i>(table: &mut DeTable<'i>, path: &'i [String], value: Spanned<DeValue<'
                     Ok(())
                 }
                 (Some(element), path) => match element.get_mut() {
-                    DeValue::Table(table) => put(table, path, value),
+                    DeValue::Table(table) => put(table, (path, component), value),
                     element => no_table(element),
                 },
                 (None, _) => Err(Problem::at(

@@ -1,6 +1,6 @@
 //! Parsing of TOML into a [`SceneDesc`]. Each entity is parsed by itself, so that all errors are found.
 
-use std::{collections::HashMap, io, path::Path};
+use std::{collections::HashSet, io, path::Path};
 
 use serde::Deserialize;
 use toml::de::{DeTable, DeValue, ValueDeserializer};
@@ -11,6 +11,7 @@ use super::{
     scene::*,
 };
 use crate::{
+    camera::CameraDesc,
     integrator::{IntegratorDesc, replacing_pass},
     light::LightDesc,
     material::MaterialDesc,
@@ -54,14 +55,13 @@ const TABLES: [&str; 8] = [
     "output",
 ];
 
+/// The key of a scene file that names a table of values.
+const VALUES: &str = "values";
+
 /// Reads a scene from text; paths in it are relative to the folder of `source.path`.
 pub fn parse(source: Source) -> Result<SceneDesc, Diagnostics> {
     let Source { text, overrides, .. } = source.clone();
-    let mut reader = Reader {
-        problems: Vec::new(),
-        overrides: &overrides,
-        text: &text,
-    };
+    let mut reader = Reader::new(&overrides, &text);
     let scene = match DeTable::parse(&text) {
         Ok(table) => {
             let mut table = table.into_inner();
@@ -87,7 +87,9 @@ pub fn parse(source: Source) -> Result<SceneDesc, Diagnostics> {
 
 /// The problem of a file that has keys, and none that a scene file has or that resembles one.
 fn foreign_file(table: &DeTable<'_>) -> Option<Problem> {
-    let is_foreign = |key: &str| !TABLES.contains(&key) && UnknownName::new("key", key, TABLES).suggestion().is_none();
+    let is_foreign = |key: &str| {
+        !TABLES.contains(&key) && key != VALUES && UnknownName::new("key", key, TABLES).suggestion().is_none()
+    };
     let first = table.keys().min_by_key(|key| key.span().start)?;
     if !table.keys().all(|key| is_foreign(key.get_ref())) {
         return None;
@@ -97,6 +99,14 @@ fn foreign_file(table: &DeTable<'_>) -> Option<Problem> {
 }
 
 impl SceneDesc {
+    /// The table of the scene file with its overrides, which is valid.
+    pub(super) fn document(&self) -> DeTable<'_> {
+        let parsed = DeTable::parse(&self.source.text);
+        let mut table = parsed.expect("the scene was read from it").into_inner();
+        self.source.overrides.apply(&mut table, &self.source.text);
+        table
+    }
+
     /// The same scene whose `[render]` and `[output]` have these overrides instead.
     ///
     /// # Errors
@@ -118,16 +128,28 @@ impl SceneDesc {
 
 type Value<'i> = Spanned<DeValue<'i>>;
 
-struct Reader<'o> {
-    problems: Vec<Problem>,
+/// Reads the tables of a scene file, and collects what is wrong with them.
+pub(super) struct Reader<'o> {
+    pub problems: Vec<Problem>,
     overrides: &'o Overrides,
     text: &'o str,
+}
+
+impl<'o> Reader<'o> {
+    /// A reader of the scene file `text` with these overrides.
+    pub fn new(overrides: &'o Overrides, text: &'o str) -> Self {
+        Self {
+            problems: Vec::new(),
+            overrides,
+            text,
+        }
+    }
 }
 
 impl Reader<'_> {
     fn scene(&mut self, mut table: DeTable<'_>, source: Source) -> SceneDesc {
         for (key, _) in table.iter() {
-            if !TABLES.contains(&key.get_ref().as_ref()) {
+            if !TABLES.contains(&key.get_ref().as_ref()) && key.get_ref() != VALUES {
                 let unknown = UnknownName::new("key", key.get_ref(), TABLES);
                 self.problems.push(unknown.at(key.span()));
             }
@@ -145,35 +167,20 @@ impl Reader<'_> {
         });
         let render: RenderDesc = render.and_then(|v| self.entity(v)).unwrap_or_default();
         render.check(&mut self.problems);
-        let camera = take("camera").and_then(|v| {
-            let span = v.span();
-            self.kind(v, &kind_tables::CAMERA).map(|c| Spanned::new(span, c))
-        });
+        let values = take(VALUES).and_then(|v| self.entity(v));
+        let camera = take("camera").and_then(|v| self.camera(v));
         let background = take("background").and_then(|v| self.entity(v)).unwrap_or_default();
         let output: OutputDesc = take("output").and_then(|v| self.entity(v)).unwrap_or_default();
         output.check(&mut self.problems);
         let textures = self.named(take("texture"), "texture", |r, name, v| r.texture(name, v));
-        let materials = self.named(take("material"), "material", |r, name, v| {
-            let material: MaterialDesc = r.kind(v, &kind_tables::MATERIAL)?;
-            Some(MaterialEntry { name, material })
-        });
-        let objects: Vec<ObjectDesc> = self.list(take("object"), "object", |r, v| {
-            let object = Some(v).filter(|v| r.have_one_kind(v, &[&kind_tables::SHAPE]))?;
-            r.entity(object)
-        });
-        let lights = self.list(take("light"), "light", |r, mut v| {
-            let span = v.span();
-            let group = match v.get_mut() {
-                DeValue::Table(table) => table.remove("group"),
-                _ => None,
-            };
-            let group = group.and_then(|g| r.entity(g));
-            let light: LightDesc = r.kind(v, &kind_tables::LIGHT)?;
-            Some(LightEntry { span, group, light })
-        });
-        self.unique_names(&objects);
+        let materials = self.named(take("material"), "material", |r, name, v| r.material(name, v));
+        let objects: Vec<ObjectDesc> = self.list(take("object"), "object", |r, v| r.object(v));
+        let lights = self.list(take("light"), "light", |r, v| r.light(v));
+        self.unique_names("objects", objects.iter().map(|object| &object.name));
+        self.unique_names("lights", lights.iter().map(|light| &light.name));
         SceneDesc {
             source,
+            values,
             render,
             camera,
             background,
@@ -185,8 +192,44 @@ impl Reader<'_> {
         }
     }
 
+    /// Parses the table of a camera.
+    pub fn camera(&mut self, value: Value<'_>) -> Option<Spanned<CameraDesc>> {
+        let span = value.span();
+        self.kind(value, &kind_tables::CAMERA).map(|c| Spanned::new(span, c))
+    }
+
+    /// Parses the table of a material.
+    pub fn material(&mut self, name: Spanned<String>, value: Value<'_>) -> Option<MaterialEntry> {
+        let material: MaterialDesc = self.kind(value, &kind_tables::MATERIAL)?;
+        Some(MaterialEntry { name, material })
+    }
+
+    /// Parses the table of an object.
+    pub fn object(&mut self, value: Value<'_>) -> Option<ObjectDesc> {
+        let object = Some(value).filter(|v| self.have_one_kind(v, &[&kind_tables::SHAPE]))?;
+        self.entity(object)
+    }
+
+    /// Parses the table of a light.
+    pub fn light(&mut self, mut value: Value<'_>) -> Option<LightEntry> {
+        let span = value.span();
+        let mut take = |key: &str| match value.get_mut() {
+            DeValue::Table(table) => table.remove(key),
+            _ => None,
+        };
+        let (name, group) = (take("name"), take("group"));
+        let (name, group) = (name.and_then(|n| self.entity(n)), group.and_then(|g| self.entity(g)));
+        let light: LightDesc = self.kind(value, &kind_tables::LIGHT)?;
+        Some(LightEntry {
+            span,
+            name,
+            group,
+            light,
+        })
+    }
+
     /// Parses a table.
-    fn entity<'i, T: Deserialize<'i>>(&mut self, value: Value<'i>) -> Option<T> {
+    pub fn entity<'i, T: Deserialize<'i>>(&mut self, value: Value<'i>) -> Option<T> {
         T::deserialize(ValueDeserializer::from(value))
             .map_err(|e| self.problems.push(from_toml(&e, self.overrides)))
             .ok()
@@ -217,7 +260,8 @@ impl Reader<'_> {
         all_right
     }
 
-    fn texture(&mut self, name: Spanned<String>, mut value: Value<'_>) -> Option<TextureEntry> {
+    /// Parses the table of a texture.
+    pub fn texture(&mut self, name: Spanned<String>, mut value: Value<'_>) -> Option<TextureEntry> {
         let span = value.span();
         let mut mapping = MappingDesc::default();
         if let DeValue::Table(table) = value.get_mut()
@@ -294,11 +338,11 @@ impl Reader<'_> {
         self.problems.push(Problem { help, ..problem });
     }
 
-    fn unique_names(&mut self, objects: &[ObjectDesc]) {
-        let mut seen = HashMap::new();
-        for name in objects.iter().filter_map(|o| o.name.as_ref()) {
-            if seen.insert(name.get_ref().as_str(), ()).is_some() {
-                let message = format!("two objects are named `{}`", name.get_ref());
+    fn unique_names<'n>(&mut self, what: &str, names: impl Iterator<Item = &'n Option<Spanned<String>>>) {
+        let mut seen = HashSet::new();
+        for name in names.flatten() {
+            if !seen.insert(name.get_ref().as_str()) {
+                let message = format!("two {what} are named `{}`", name.get_ref());
                 self.problems.push(Problem::at(name.span(), message));
             }
         }

@@ -46,6 +46,8 @@ use crate::{
 #[derive(Clone, Debug)]
 pub struct SceneDesc {
     pub source: Source,
+    /// The file of values that change over time, see [`Values`](super::Values).
+    pub values: Option<Spanned<String>>,
     pub render: RenderDesc,
     /// The scene's own camera. The table has one key, which names the kind of camera.
     ///
@@ -174,10 +176,11 @@ pub struct MaterialEntry {
     pub material: MaterialDesc,
 }
 
-/// A light without a surface. The table has one key that names the kind of light, and may have another:
+/// A light without a surface. The table has one key that names the kind of light, and may have others:
 ///
 /// | key | type | default |
 /// |---|---|---|
+/// | `name` | text, unique among the lights: what values are set by | `light N`, N from 1 |
 /// | `group` | the name of a light group: letters, digits, `_` and `-`, at most 18 | none |
 ///
 /// The pass `lightgroup_NAME` shows what the lights, the emitting objects and the background of a group add to the picture.
@@ -196,6 +199,7 @@ pub struct MaterialEntry {
 #[derive(Clone, Debug)]
 pub struct LightEntry {
     pub span: Span,
+    pub name: Option<Spanned<String>>,
     pub group: Option<LightGroupName>,
     pub light: LightDesc,
 }
@@ -208,6 +212,7 @@ pub struct LightEntry {
 /// | `material` | NAME of a `[material.NAME]` | required, but a mesh has its own |
 /// | `shape` | a shape | required |
 /// | `transform` | `{ translate, rotate, scale }` or `{ matrix }` | none |
+/// | `visible` | whether it is there at all: `false` hides it from the camera, from mirrors and from light | `true` |
 /// | `group` | the name of the light group of the light that it emits, see `[[light]]` | none |
 ///
 /// A transform scales first, then rotates about the fixed x, y and z axes in this order (degrees), then translates (m).
@@ -231,7 +236,14 @@ pub struct ObjectDesc {
     pub material: Option<Spanned<String>>,
     pub shape: Spanned<ShapeDesc>,
     pub transform: Option<Spanned<TransformDesc>>,
+    /// Without it no ray meets the object, but its names and numbers stay.
+    #[serde(default = "yes")]
+    pub visible: bool,
     pub group: Option<LightGroupName>,
+}
+
+fn yes() -> bool {
+    true
 }
 
 /// An object's place: `scale` first, then `rotate` (degrees about the fixed x, y and z axes in this order), then

@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::{
-    Background, InstanceRecord, LightGroups, Media, MeshRecord, NodeName, Object, ObjectId, contacts::Contacts,
-    material_bsdfs::MaterialBsdfs,
+    Background, InstanceRecord, LightGroups, LightId, Media, MeshRecord, NodeName, Object, ObjectId,
+    contacts::Contacts, material_bsdfs::MaterialBsdfs,
 };
 use crate::{
     accel::Accelerator,
@@ -74,6 +74,22 @@ pub struct SceneShading {
     pub(crate) bsdfs: MaterialBsdfs,
 }
 
+/// New values of the shading.
+#[derive(Default)]
+pub struct ShadingUpdate {
+    pub materials: Vec<(MaterialId, Material)>,
+    /// Analytic lights.
+    pub lights: Vec<(LightId, Light)>,
+    pub background: Option<Background>,
+}
+
+impl ShadingUpdate {
+    /// Whether nothing changes.
+    pub fn is_empty(&self) -> bool {
+        self.materials.is_empty() && self.lights.is_empty() && self.background.is_none()
+    }
+}
+
 impl SceneShading {
     /// Makes the shading of these materials, each with its name, and of these analytic lights with the groups of all lights.
     pub fn new(
@@ -82,11 +98,11 @@ impl SceneShading {
         (lights, light_groups): (Vec<Light>, LightGroups),
         background: Background,
     ) -> Self {
-        Self {
-            media: Media::new(&materials),
-            is_spatially_varying: materials.iter().map(Material::is_spatially_varying).collect(),
+        let mut shading = Self {
+            media: Media::default(),
+            is_spatially_varying: Vec::new(),
             reads_footprints: bitmaps.iter().any(|b| !b.levels.is_empty()),
-            bsdfs: MaterialBsdfs::new(&materials),
+            bsdfs: MaterialBsdfs::default(),
             materials,
             material_names,
             textures,
@@ -94,7 +110,37 @@ impl SceneShading {
             lights: lights.into(),
             light_groups,
             background,
+        };
+        shading.derive();
+        shading
+    }
+
+    /// Replaces these values.
+    pub(super) fn update(&mut self, update: ShadingUpdate) {
+        let has_materials = !update.materials.is_empty();
+        for (id, material) in update.materials {
+            self.materials[id.0 as usize] = material;
         }
+        if !update.lights.is_empty() {
+            let mut lights = self.lights.to_vec();
+            for (id, light) in update.lights {
+                lights[id.0 as usize] = light;
+            }
+            self.lights = lights.into();
+        }
+        if let Some(background) = update.background {
+            self.background = background;
+        }
+        if has_materials {
+            self.derive();
+        }
+    }
+
+    /// Computes what follows from the materials.
+    fn derive(&mut self) {
+        self.media = Media::new(&self.materials);
+        self.bsdfs = MaterialBsdfs::new(&self.materials);
+        self.is_spatially_varying = self.materials.iter().map(Material::is_spatially_varying).collect();
     }
 
     #[inline]

@@ -50,7 +50,7 @@ pub use builder::{GroupId, SceneBuilder};
 pub use emitters::{EmitterId, EmitterPrim, Emitters};
 pub use error::SceneBuildError;
 pub use first_hit::FirstHit;
-pub use halves::{SceneGeometry, SceneShading};
+pub use halves::{SceneGeometry, SceneShading, ShadingUpdate};
 pub use instance::{InstanceRecord, ObjectFromGroup};
 pub use interaction::SurfaceInteraction;
 pub use light_component::Component;

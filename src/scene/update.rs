@@ -10,7 +10,7 @@
 
 use std::{collections::HashMap, sync::Arc};
 
-use super::{Lights, ObjectFromGroup, ObjectId, Scene, builder::GroupId, contacts::Contacts};
+use super::{Lights, ObjectFromGroup, ObjectId, Scene, ShadingUpdate, builder::GroupId, contacts::Contacts};
 use crate::{
     accel::UpdateReport,
     geometry::{BuildError, Edit, InstanceId},
@@ -53,7 +53,7 @@ pub enum SceneUpdateError {
         found: usize,
         what: &'static str,
     },
-    #[error("the geometry is shared with another scene")]
+    #[error("what would change is shared with another scene")]
     Shared,
     #[error("the shading has {found} materials, and the geometry uses {expected}")]
     TooFewMaterials { found: usize, expected: usize },
@@ -90,6 +90,27 @@ impl Scene {
             self.lights = Lights::new(&self.geometry, &self.shading);
         }
         Ok(updated)
+    }
+
+    /// Replaces values of the shading. Builds no acceleration structure, and the lights only if something that shines changes. On
+    /// error the scene is unchanged.
+    ///
+    /// # Errors
+    /// The shading is shared with another scene.
+    ///
+    /// # Panics
+    /// There is no such material or light.
+    pub fn reshade(&mut self, update: ShadingUpdate) -> Result<(), SceneUpdateError> {
+        let shading = Arc::get_mut(&mut self.shading).ok_or(SceneUpdateError::Shared)?;
+        let mut shines = !update.lights.is_empty() || update.background.is_some();
+        for (id, material) in &update.materials {
+            shines |= material.emission().is_some() || shading.material(*id).emission().is_some();
+        }
+        shading.update(update);
+        if shines {
+            self.lights = Lights::new(&self.geometry, &self.shading);
+        }
+        Ok(())
     }
 
     /// Returns the change of the geometry, and the instances whose object's space is no longer world space, with the transform

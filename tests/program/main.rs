@@ -48,5 +48,6 @@ mod rounds;
 mod sight;
 mod targets;
 mod textures;
+mod values;
 mod whitted;
 mod working_space;

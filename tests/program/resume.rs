@@ -277,7 +277,7 @@ fn a_key_that_is_set_renders_anew_what_it_changes() {
         "{error}"
     );
     let error = folder.fail(2, &[&JOB[..], &["--set", "seed"]].concat());
-    assert!(error.contains("expected KEY=VALUE"), "{error}");
+    assert!(error.contains("expected NAME=VALUE"), "{error}");
 }
 
 #[test]

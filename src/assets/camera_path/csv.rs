@@ -44,6 +44,7 @@ mod layout;
 mod lines;
 mod rows;
 mod table;
+pub mod values;
 
 /// The camera path of a file's bytes.
 pub(super) fn read(bytes: &[u8], options: &CameraPathOptions) -> Result<CameraPath, PathProblems> {

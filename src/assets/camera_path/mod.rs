@@ -14,7 +14,11 @@ mod csv;
 mod options;
 mod problem;
 
-pub use csv::{document::PathDocument, edit::EditError};
+pub use csv::{
+    document::PathDocument,
+    edit::EditError,
+    values::{ValueCell, ValueColumn, ValueColumns, ValueRow, ValueTable},
+};
 pub use options::CameraPathOptions;
 pub use problem::{PathProblem, PathProblems};
 
@@ -46,6 +50,39 @@ pub enum CameraPathError {
     /// One line for every problem.
     #[error("{}", problems.display(path))]
     Invalid { path: PathBuf, problems: PathProblems },
+}
+
+/// Why there are no values.
+#[derive(Debug, thiserror::Error)]
+pub enum ValueTableError {
+    #[error("there is no such table of values: {}", path.display())]
+    NotFound { path: PathBuf },
+    #[error("cannot read the table of values: {source}: {}", path.display())]
+    Io { path: PathBuf, source: io::Error },
+    /// One line for every problem.
+    #[error("{}", problems.display(path))]
+    Invalid { path: PathBuf, problems: PathProblems },
+}
+
+/// Loads the values in a CSV file.
+///
+/// # Errors
+/// The file cannot be read, or its contents are invalid.
+pub fn load_values(
+    path: &Path,
+    which: ValueColumns,
+    options: &CameraPathOptions,
+    files: &Files,
+) -> Result<ValueTable, ValueTableError> {
+    let owned = || path.to_owned();
+    let bytes = files.read(path).map_err(|source| match source.kind() {
+        io::ErrorKind::NotFound => ValueTableError::NotFound { path: owned() },
+        _ => ValueTableError::Io { path: owned(), source },
+    })?;
+    ValueTable::read(&bytes, which, options).map_err(|problems| ValueTableError::Invalid {
+        path: owned(),
+        problems,
+    })
 }
 
 fn extensions() -> impl Iterator<Item = &'static str> {

@@ -2,12 +2,12 @@
 
 use std::{collections::BTreeSet, ops::RangeInclusive, path::Path};
 
-use super::range::MAX_FRAMES;
+use super::range::{MAX_FRAME, MAX_FRAMES};
 use crate::{
     assets::{Files, camera_path},
     batch::{FrameRange, Request},
-    camera::{Camera, FrameCamera, Lens, SceneCamera, path::CameraPath},
-    describe::SceneDesc,
+    camera::{Camera, FilmSize, FrameCamera, Lens, Neighbours, SceneCamera, path::CameraPath},
+    describe::{MovingScene, SceneDesc, Values},
     error::Error,
     math::DVec3,
     warnings::WarningKind,
@@ -40,30 +40,44 @@ pub(in crate::batch) struct JobCameras {
 pub(in crate::batch) fn cameras(
     desc: &SceneDesc,
     request: &Request,
-    scene_camera: Option<SceneCamera>,
-    resolution: [u32; 2],
+    values: Option<&Values>,
+    (scene_camera, resolution): (Option<SceneCamera>, [u32; 2]),
     inputs: &Files,
 ) -> Result<JobCameras, Error> {
+    let own = OwnCamera::new(desc, values, scene_camera);
     let Some(file) = &request.camera_path else {
-        let camera = scene_camera.ok_or_else(|| Error::NoCamera {
+        let (all, what) = match (request.turntable, values) {
+            (Some(last), _) => (
+                1..=i64::from(last),
+                format!("the turntable, which has frames 1 to {last}"),
+            ),
+            (None, Some(values)) => (values.frames(), "the table of values".to_owned()),
+            (None, None) => (1..=1, "the scene's own camera, which has frame 1 only".to_owned()),
+        };
+        let first = *all.start() as f64;
+        let camera = own.at(first)?.ok_or_else(|| Error::NoCamera {
             path: desc.source.path.clone(),
         })?;
-        let eye = camera.pose.eye();
-        let metering = Camera::new(&camera.pose, &camera.lens, metered_resolution(resolution));
-        let camera = Camera::new(&camera.pose, &camera.lens, resolution);
-        let (last, what) = match request.turntable {
-            Some(last) => (last, format!("the turntable, which has frames 1 to {last}")),
-            None => (1, "the scene's own camera, which has frame 1 only".to_owned()),
+        // Values are held before their first and after their last row.
+        let there = match (request.turntable, values) {
+            (None, Some(_)) => -MAX_FRAME..=MAX_FRAME,
+            _ => all.clone(),
         };
-        let all = 1..=i64::from(last);
-        let frames = frames(request, all.clone(), &what)?;
-        let of = |frame| (number(frame), FrameCamera::from(camera));
+        let frames = frames(request, (&all, &there), &what)?;
+        let of = |frame| Ok((number(frame), own.frame_camera(frame as f64, resolution)?));
         return Ok(JobCameras {
-            frames: frames.iter().map(of).collect(),
-            beside: beside(request, &frames, &all).into_iter().map(of).collect(),
-            first_frame: 1.0,
-            first_eye: Some(eye),
-            metering: Some(FrameCamera::from(metering)),
+            frames: frames.iter().map(of).collect::<Result<_, Error>>()?,
+            beside: beside(request, &frames, &there)
+                .into_iter()
+                .map(of)
+                .collect::<Result<_, Error>>()?,
+            first_frame: first,
+            first_eye: scene_camera.map(|camera| camera.pose.eye()),
+            metering: Some(FrameCamera::from(Camera::new(
+                &camera.pose,
+                &camera.lens,
+                metered_resolution(resolution),
+            ))),
         });
     };
     let options = camera_path::CameraPathOptions {
@@ -76,13 +90,25 @@ pub(in crate::batch) fn cameras(
     let lens = scene_camera.map_or_else(Lens::default, |c| c.lens);
     check_columns(file, &path, &lens)?;
     warn_of_columns(file, &path, request);
+    for (name, table) in values.into_iter().flat_map(Values::of_camera) {
+        let keys: Vec<&str> = name.split('.').collect();
+        if let Some(other) = replacing(&keys, &path) {
+            return Err(Error::SetTwice {
+                path: table.clone(),
+                name: name.to_owned(),
+                other,
+            });
+        }
+    }
     let first_eye = path.at(path.first()).ok().map(|first| first.pose.eye());
+    let first = *all.start();
+    let lens_at = |frame: i64| Ok::<_, Error>(own.at(frame as f64)?.map_or_else(Lens::default, |c| c.lens));
     let metering = path
-        .frame_camera(*all.start() as f64, &lens, metered_resolution(resolution))
+        .frame_camera(first as f64, &lens_at(first)?, metered_resolution(resolution))
         .ok();
-    let frames = frames(request, all.clone(), &what)?;
+    let frames = frames(request, (&all, &all), &what)?;
     let of = |frame: i64| {
-        let camera = path.frame_camera(frame as f64, &lens, resolution);
+        let camera = path.frame_camera(frame as f64, &lens_at(frame)?, resolution);
         camera
             .map(|camera| (number(frame), camera))
             .map_err(|cause| Error::Pose { frame, cause })
@@ -123,23 +149,63 @@ const REPLACED: [(&[&str], &[&str]); 6] = [
     (&["shift"], &["shift_x", "shift_y"]),
 ];
 
+/// What of a camera path replaces the value at the path `keys` of a scene file, if anything does.
+fn replacing(keys: &[impl AsRef<str>], path: &CameraPath) -> Option<String> {
+    let [camera, _, key, ..] = keys else { return None };
+    let row = REPLACED.iter().find(|(keys, _)| keys.contains(&key.as_ref()));
+    let (_, columns) = row.filter(|_| camera.as_ref() == "camera")?;
+    let given: Vec<_> = path.lens_at(path.first()).columns().collect();
+    match columns.iter().find(|column| given.contains(column)) {
+        Some(column) => Some(format!("the column `{column}` of the camera path")),
+        None => columns.is_empty().then(|| "the camera path".to_owned()),
+    }
+}
+
 /// Warns of overrides of the scene's camera that the path replaces again.
 fn warn_of_columns(file: &Path, path: &CameraPath, request: &Request) {
-    let given: Vec<_> = path.lens_at(path.first()).columns().collect();
     for (origin, keys) in request.overrides.paths() {
-        let [camera, _, key, ..] = keys else { continue };
-        let row = REPLACED.iter().find(|(keys, _)| keys.contains(&key.as_str()));
-        let Some((_, columns)) = row.filter(|_| camera == "camera") else {
-            continue;
-        };
-        let by = match columns.iter().find(|column| given.contains(column)) {
-            Some(column) => format!("the column `{column}` of the camera path"),
-            None if columns.is_empty() => "the camera path".to_owned(),
-            None => continue,
-        };
+        let Some(by) = replacing(keys, path) else { continue };
         let text = format!("{origin} has no effect, {by} replaces it: {}", file.display());
         let warnings = &request.warnings;
         warnings.add_topic(WarningKind::UNUSED_SETTING, "columns", origin, text);
+    }
+}
+
+/// The scene's own camera, whose values may change over time.
+struct OwnCamera<'a> {
+    still: Option<SceneCamera>,
+    moving: Option<MovingScene<'a>>,
+}
+
+impl<'a> OwnCamera<'a> {
+    fn new(desc: &'a SceneDesc, values: Option<&'a Values>, still: Option<SceneCamera>) -> Self {
+        let values = values.filter(|values| values.of_camera().next().is_some());
+        Self {
+            still,
+            moving: values.map(|values| MovingScene::new(desc, values)),
+        }
+    }
+
+    /// The camera at a time in frames.
+    fn at(&self, frame: f64) -> Result<Option<SceneCamera>, Error> {
+        match &self.moving {
+            Some(moving) => moving.camera(frame).map_err(Error::Invalid),
+            None => Ok(self.still),
+        }
+    }
+
+    /// The camera of a frame; one that moves has those of the frames around it beside it.
+    fn frame_camera(&self, frame: f64, film: FilmSize) -> Result<FrameCamera, Error> {
+        let at = |frame: f64| {
+            let camera = self.at(frame)?.expect("the first frame has a camera");
+            Ok::<_, Error>(Camera::new(&camera.pose, &camera.lens, film))
+        };
+        let camera = FrameCamera::from(at(frame)?);
+        if self.moving.is_none() {
+            return Ok(camera);
+        }
+        let (previous, next) = (Some(at(frame - 1.0)?), Some(at(frame + 1.0)?));
+        Ok(camera.with_neighbours(Neighbours { previous, next }))
     }
 }
 
@@ -154,8 +220,12 @@ fn beside(request: &Request, frames: &FrameRange, all: &RangeInclusive<i64>) -> 
         .collect()
 }
 
-/// The frames that were asked for, all of them among those that there are.
-fn frames(request: &Request, all: RangeInclusive<i64>, what: &str) -> Result<FrameRange, Error> {
+/// The frames that were asked for, all of them `there`; `all` of them if none were asked for.
+fn frames(
+    request: &Request,
+    (all, there): (&RangeInclusive<i64>, &RangeInclusive<i64>),
+    what: &str,
+) -> Result<FrameRange, Error> {
     let Some(range) = &request.range else {
         return FrameRange::all(*all.start(), *all.end()).ok_or_else(|| {
             let message = if all.is_empty() {
@@ -166,7 +236,7 @@ fn frames(request: &Request, all: RangeInclusive<i64>, what: &str) -> Result<Fra
             Error::Usage(message)
         });
     };
-    match range.iter().find(|f| !all.contains(f)) {
+    match range.iter().find(|f| !there.contains(f)) {
         Some(outside) => Err(Error::Usage(format!("--range: frame {outside} is outside of {what}"))),
         None => Ok(range.clone()),
     }

@@ -36,20 +36,20 @@ pub const PICTURE: &str = "batch-render/picture";
 /// The attribute of the fingerprint that all frames of a scene share.
 pub const SCENE: &str = "batch-render/inputs";
 
-/// The hash of all input files but the camera path.
+/// The hash of all input files but the camera path and tables of values.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct InputHash(ContentHash);
 
 impl InputHash {
-    /// The hash of what `store` has loaded for the scene, also at which resolution, and of what overrides values of its file. Paths
-    /// count as they are seen from the scene's folder, so that a project may be moved as a whole.
-    pub fn new(store: &Store, scene: &Source, camera_path: Option<&Path>) -> Self {
+    /// The hash of what `store` has loaded for the scene, also at which resolution, and of what overrides values of its file. Files
+    /// `apart` are left out: a frame takes what they say of it into its own fingerprint. Paths count as they are seen from the scene's folder, so that a project may be moved as a whole.
+    pub fn new(store: &Store, scene: &Source, apart: &[&Path]) -> Self {
         let home = scene.path.parent().unwrap_or(Path::new(""));
         let mut files: Vec<(String, String)> = store
             .files()
             .manifest()
             .into_iter()
-            .filter(|(path, _)| Some(path.as_path()) != camera_path)
+            .filter(|(path, _)| !apart.contains(&path.as_path()))
             .map(|(path, hash)| {
                 let name = path.strip_prefix(home).unwrap_or(&path);
                 (hash.to_string(), name.display().to_string())
@@ -102,6 +102,12 @@ struct Hashed<'a> {
     camera: Option<FrameCamera>,
     /// The neighbouring frames, if a pass follows motion.
     neighbours: Option<Neighbours>,
+    /// The values of the scene at the frame, if any change over time.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    moment: Option<Vec<(&'a str, String)>>,
+    /// Those at the frame that the exposure suits.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    metered_moment: Option<Vec<(&'a str, String)>>,
     shown: Shown,
     view: DisplayTransform,
     exposure: Exposure<'a>,
@@ -144,6 +150,8 @@ impl<'a> Hashed<'a> {
             exposure = Exposure::Metered(camera);
             adaptive = adaptive.map(|rule| AdaptiveSampling { gain: 1.0, ..rule });
         }
+        let metered = picture.metering_camera.as_ref().map(|_| plan.first_frame);
+        let moment = frame.and_then(|(number, _)| plan.moment(f64::from(number)));
         let (number, camera) = frame.unzip();
         let number = number.unwrap_or(0);
         Self {
@@ -167,6 +175,8 @@ impl<'a> Hashed<'a> {
             frame: number,
             camera: camera.map(|camera| camera.clone().with_neighbours(Neighbours::default())),
             neighbours: camera.filter(|_| motion).map(|camera| *camera.neighbours()),
+            moment,
+            metered_moment: metered.and_then(|first| plan.moment(first)),
             shown: picture.shown,
             view: picture.view,
             exposure,

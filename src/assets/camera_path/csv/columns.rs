@@ -2,6 +2,7 @@
 
 use crate::{
     assets::camera_path::{PathProblem, PathProblems},
+    camera::CameraDesc,
     value::UnknownName,
 };
 
@@ -96,7 +97,7 @@ fn plain(word: &str) -> String {
 }
 
 /// The column whose name or alias is `word`.
-fn canonical(word: &str) -> Option<String> {
+pub(super) fn canonical(word: &str) -> Option<String> {
     let word = plain(word);
     patterns().find_map(|(name, pattern)| match pattern.split_once('*') {
         None => (pattern == word).then(|| name.to_owned()),
@@ -105,6 +106,33 @@ fn canonical(word: &str) -> Option<String> {
             matches!(axis, "x" | "y" | "z").then(|| name.replace('*', axis))
         }
     })
+}
+
+/// The tables of a scene file.
+const TABLES: [&str; 8] = [
+    "object",
+    "light",
+    "material",
+    "texture",
+    "background",
+    "camera",
+    "render",
+    "output",
+];
+
+/// Whether `word` is the name of a value of a scene file, and none of a column of a camera path.
+pub(super) fn is_value_name(word: &str) -> bool {
+    let mut steps = word.split('.');
+    match (steps.next(), steps.next()) {
+        (Some("camera"), Some(kind)) => CameraDesc::NAMES.contains(&kind) && steps.next().is_some(),
+        (Some(table), Some(_)) => TABLES.contains(&table),
+        _ => false,
+    }
+}
+
+/// Whether a column by this name says of its row when it is and what follows it.
+pub(super) fn is_of_time(name: &str) -> bool {
+    ["frame", "time", "interp", "name"].contains(&name)
 }
 
 /// All names and aliases, with the patterns expanded.
@@ -132,17 +160,29 @@ impl Columns {
             meant: Vec::new(),
         };
         for word in &header.cells {
-            let name = canonical(word);
+            let name = canonical(word).filter(|_| !is_value_name(word));
             let first = name.as_deref().and_then(|name| columns.get(name));
             if let (Some(first), Some(name)) = (first, &name) {
                 let twice = format!("{name} is given twice: by '{}' and by '{word}'", &header.cells[first]);
                 problems.push(PathProblem::of_line(header.line, twice));
-            } else if name.is_none() && !word.is_empty() {
+            } else if name.is_none() && !word.is_empty() && !is_value_name(word) {
                 columns.unknown(header.line, word, problems);
             }
             columns.names.push(name);
         }
         columns
+    }
+
+    /// The columns of time and interpolation in a file of values.
+    pub fn of_time(header: &Row) -> Self {
+        let names = header
+            .cells
+            .iter()
+            .map(|word| canonical(word).filter(|name| is_of_time(name)));
+        Self {
+            names: names.collect(),
+            meant: Vec::new(),
+        }
     }
 
     fn unknown(&mut self, line: usize, word: &str, problems: &mut PathProblems) {

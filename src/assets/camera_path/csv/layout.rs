@@ -116,6 +116,16 @@ impl Layout {
     }
 }
 
+/// The column that tells the time of rows; `None` leaves a problem.
+pub(super) fn clock(header: &Row, columns: &Columns, fps: Option<f64>, problems: &mut PathProblems) -> Option<Clock> {
+    let mut finder = Finder {
+        header,
+        columns,
+        problems,
+    };
+    finder.clock(fps)
+}
+
 /// Finds columns and reports contradictions.
 struct Finder<'a> {
     header: &'a Row,

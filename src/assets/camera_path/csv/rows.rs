@@ -49,11 +49,7 @@ pub(super) fn read(table: &Table, layout: &Layout) -> Result<Vec<PathKey>, PathP
     let mut keys = Vec::with_capacity(table.rows.len());
     let mut order = FrameOrder::default();
     for row in &table.rows {
-        let mut cells = Cells {
-            header: &table.header,
-            row,
-            problems: &mut problems,
-        };
+        let mut cells = Cells::new(&table.header, row, &mut problems);
         if !cells.fit() {
             continue;
         }
@@ -68,14 +64,14 @@ pub(super) fn read(table: &Table, layout: &Layout) -> Result<Vec<PathKey>, PathP
 
 /// The frames so far, with their lines.
 #[derive(Default)]
-struct FrameOrder {
+pub(super) struct FrameOrder {
     /// The lines of frames, by the bits of the frame.
     lines: BTreeMap<u64, usize>,
     previous: Option<(f64, usize)>,
 }
 
 impl FrameOrder {
-    fn check(&mut self, frame: f64, cells: &mut Cells<'_>, clock: Clock) {
+    pub fn check(&mut self, frame: f64, cells: &mut Cells<'_>, clock: Clock) {
         let line = cells.row.line;
         let (Clock::Frame(column) | Clock::Time { column, .. }) = clock;
         // 0 and -0 are one frame.
@@ -95,13 +91,17 @@ impl FrameOrder {
 }
 
 /// The cells of one row. A cell that is wrong becomes a problem and is `None`.
-struct Cells<'a> {
+pub(super) struct Cells<'a> {
     header: &'a Row,
     row: &'a Row,
     problems: &'a mut PathProblems,
 }
 
 impl<'a> Cells<'a> {
+    pub fn new(header: &'a Row, row: &'a Row, problems: &'a mut PathProblems) -> Self {
+        Self { header, row, problems }
+    }
+
     fn problem(&mut self, column: usize, message: impl Into<String>) {
         let name = &self.header.cells[column];
         self.problems.push(PathProblem::of_cell(self.row.line, name, message));
@@ -109,7 +109,7 @@ impl<'a> Cells<'a> {
 
     /// Whether every cell has a column and every column a cell. Empty cells beyond the last column are allowed, because
     /// spreadsheets write them, and columns without a name before the first, because pandas writes its index there.
-    fn fit(&mut self) -> bool {
+    pub fn fit(&mut self) -> bool {
         let names = &self.header.cells;
         let named = (1..=names.len()).rev().find(|n| !names[n - 1].is_empty()).unwrap_or(0);
         let index = names.iter().take_while(|name| name.is_empty()).count();
@@ -125,14 +125,14 @@ impl<'a> Cells<'a> {
         false
     }
 
-    fn text(&self, column: Option<usize>) -> Option<(usize, &'a str)> {
+    pub fn text(&self, column: Option<usize>) -> Option<(usize, &'a str)> {
         let column = column?;
         let cell = self.row.cells.get(column).unwrap_or_default();
         (!cell.is_empty()).then_some((column, cell))
     }
 
     /// The number in a cell; `None` if the cell is empty or invalid.
-    fn number(&mut self, column: usize) -> Option<f64> {
+    pub fn number(&mut self, column: usize) -> Option<f64> {
         let (_, cell) = self.text(Some(column))?;
         let wrong = match cell.parse::<f64>() {
             Ok(v) if !v.is_finite() => format!("'{cell}' is not finite"),
@@ -181,7 +181,7 @@ impl<'a> Cells<'a> {
         self.checked(Some(column), |v| v > 0.0, "above 0")
     }
 
-    fn frame(&mut self, clock: Clock) -> Option<f64> {
+    pub fn frame(&mut self, clock: Clock) -> Option<f64> {
         let (column, frame) = match clock {
             Clock::Frame(column) => {
                 let frame = self.needed(column)?;
@@ -299,16 +299,23 @@ impl<'a> Cells<'a> {
         Some(Shutter { open, close })
     }
 
-    fn interp(&mut self, column: Option<usize>) -> Interp {
+    pub fn interp(&mut self, column: Option<usize>) -> Interp {
         let Some((column, word)) = self.text(column) else {
             return Interp::default();
         };
-        if let Some((_, interp)) = INTERPS.iter().find(|(name, _)| name.eq_ignore_ascii_case(word)) {
-            return *interp;
-        }
-        let unknown = UnknownName::new("interpolation", word, INTERPS.iter().map(|(name, _)| *name))
-            .with_fallback(Some(format!("expected {}", one_of(["smooth", "linear", "hold"]))));
-        self.problem(column, unknown.to_string());
-        Interp::default()
+        interp_of(word).unwrap_or_else(|message| {
+            self.problem(column, message);
+            Interp::default()
+        })
     }
+}
+
+/// The interpolation by its name, or what is wrong with it.
+pub(super) fn interp_of(word: &str) -> Result<Interp, String> {
+    let found = INTERPS.iter().find(|(name, _)| name.eq_ignore_ascii_case(word));
+    found.map(|(_, interp)| *interp).ok_or_else(|| {
+        let unknown = UnknownName::new("interpolation", word, INTERPS.iter().map(|(name, _)| *name));
+        let known = one_of(["smooth", "linear", "hold"]);
+        unknown.with_fallback(Some(format!("expected {known}"))).to_string()
+    })
 }

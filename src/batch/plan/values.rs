@@ -1,0 +1,67 @@
+//! The values of a job that change over time: of a table, and of the camera path.
+
+use std::{collections::HashMap, sync::Arc};
+
+use crate::{
+    assets::{
+        Files,
+        camera_path::{self, CameraPathOptions, ValueColumns, load_values},
+    },
+    batch::Request,
+    describe::{SceneDesc, ValueFile, Values},
+    error::Error,
+};
+
+/// Reads the values of a job, if it has any.
+pub(in crate::batch) fn values(
+    desc: &SceneDesc,
+    request: &Request,
+    inputs: &Files,
+) -> Result<Option<Arc<Values>>, Error> {
+    let options = CameraPathOptions {
+        fps: request.fps,
+        rotation_order: request.rotation_order,
+    };
+    let of_scene = desc.values.as_ref().map(|file| desc.folder().join(file.get_ref()));
+    let table = request
+        .values
+        .clone()
+        .or(of_scene)
+        .map(|path| (path, ValueColumns::All));
+    let camera_path = request
+        .camera_path
+        .clone()
+        .map(|path| (path, ValueColumns::BesideCamera));
+    let mut files = Vec::new();
+    for (path, which) in table.into_iter().chain(camera_path) {
+        let table = load_values(&path, which, &options, inputs);
+        if which == ValueColumns::BesideCamera && table.is_err() {
+            // What is wrong with the path itself is told as that.
+            camera_path::load(&path, None, &options, inputs)?;
+        }
+        let table = table?;
+        if !table.columns.is_empty() {
+            files.push(ValueFile { path, table });
+        }
+    }
+    if files.is_empty() {
+        return Ok(None);
+    }
+    if desc.source.text.is_empty() {
+        let message = "values are set in a scene file, and a model has none: write one with `shape.mesh`";
+        return Err(Error::Usage(message.to_owned()));
+    }
+    let mut known = HashMap::new();
+    for file in &files {
+        for column in &file.table.columns {
+            if let Some(other) = known.insert(column.name.clone(), file.path.clone()) {
+                return Err(Error::SetTwice {
+                    path: file.path.clone(),
+                    name: column.name.clone(),
+                    other: other.display().to_string(),
+                });
+            }
+        }
+    }
+    Ok(Some(Arc::new(Values::new(desc, &files)?)))
+}

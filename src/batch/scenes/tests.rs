@@ -1,0 +1,167 @@
+use std::{fs, path::Path};
+
+use super::*;
+use crate::{
+    batch::{Job, Request},
+    film::Film,
+};
+
+const SCENE: &str = r#"
+[render]
+width = 20
+height = 16
+samples = 4
+[camera]
+perspective = { eye = [0, 1.5, 7], target = [0, 1, 0], fov = 45 }
+[background.environment]
+file = "sky.hdr"
+[texture.squares]
+checker = { a = 0.2, b = 0.9 }
+transform = { scale = 8 }
+[material.red]
+matte = { albedo = [0.8, 0.1, 0.1] }
+[material.squares]
+matte = { albedo = "texture.squares" }
+[material.lamp]
+emitter = { radiance = 5 }
+[material.glass]
+glass = {}
+[[object]]
+name = "ball"
+material = "red"
+shape.sphere = { radius = 0.7 }
+[[object]]
+name = "lamp"
+material = "lamp"
+shape.sphere = { radius = 0.3 }
+transform = { translate = [1, 3, 0] }
+[[object]]
+name = "roof"
+material = "glass"
+shape.mesh = { file = "roof.obj" }
+transform = { translate = [0, 1, -1], rotate = [0, 20, 0] }
+[[object]]
+name = "roof 2"
+shape.mesh = { file = "roof.obj" }
+transform = { translate = [-2, 0.5, 0], scale = [1, 2, 1] }
+[[object]]
+name = "far"
+material = "red"
+shape.mesh = { file = "far.obj" }
+transform = { translate = [-5000, 0, -3000], scale = 1 }
+[[object]]
+name = "floor"
+material = "squares"
+shape.cuboid = { min = [-5, -1, -5], max = [5, -0.7, 5] }
+[[light]]
+name = "key"
+point = { position = [3, 4, 5], intensity = 40 }
+"#;
+
+const ROOF: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv 0 1 0\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\nf 4 3 2 1\n";
+
+/// A folder with the scene, its files and a table.
+fn folder(table: &str) -> tempfile::TempDir {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let write = |name: &str, bytes: &[u8]| fs::write(folder.path().join(name), bytes).expect("written");
+    write("s.toml", SCENE.as_bytes());
+    write("roof.obj", ROOF.as_bytes());
+    let far = "v 5001 0 3000\nv 5002 0 3000\nv 5001 1.5 3000\nf 1 2 3\n";
+    write("far.obj", far.as_bytes());
+    write("v.csv", table.as_bytes());
+    let texels: Vec<u8> = (0..8)
+        .flat_map(|i| [200, 30 * i as u8, 30, 127 + i as u8 % 3])
+        .collect();
+    write(
+        "sky.hdr",
+        &[b"#?RADIANCE\nFORMAT=32-bit_rle_rgbe\n\n-Y 2 +X 4\n", &texels[..]].concat(),
+    );
+    folder
+}
+
+fn job(folder: &Path) -> Job {
+    let request = Request {
+        values: Some(folder.join("v.csv")),
+        ..Request::default()
+    };
+    Job::open(&folder.join("s.toml"), &request).unwrap_or_else(|e| panic!("{e}"))
+}
+
+fn bits(film: &Film) -> Vec<[u32; 4]> {
+    film.beauty().iter().map(|pixel| pixel.map(f32::to_bits)).collect()
+}
+
+/// Renders frames of a table in this order, by changing the scene of the frame before and by compiling each alone.
+fn both_ways(table: &str, frames: &[f64]) {
+    let folder = folder(table);
+    let job = job(folder.path());
+    let compiled = || job.compile().expect("a scene");
+    let (mut changed, mut anew) = (job.scenes(compiled()), job.scenes(compiled()));
+    let mut pictures = Vec::new();
+    for &frame in frames {
+        let found = bits(
+            &job.render_frame(changed.seek(frame).expect("a scene"), 0)
+                .expect("a film"),
+        );
+        anew.recover();
+        let expected = bits(&job.render_frame(anew.seek(frame).expect("a scene"), 0).expect("a film"));
+        assert!(found == expected, "frame {frame} of {table}");
+        pictures.push(found);
+    }
+    assert!(pictures[0] != pictures[1], "nothing changes in {table}");
+}
+
+const FRAMES: [f64; 5] = [1.0, 3.0, 2.25, 9.0, 1.0];
+
+#[test]
+fn a_scene_that_is_changed_equals_one_that_is_compiled_for_its_time() {
+    for (column, first, last) in [
+        ("material.red.matte.albedo.g", "0.1", "0.9"),
+        ("material.lamp.emitter.radiance.b", "5", "50"),
+        ("texture.squares.checker.b", "0.9", "0.4"),
+        ("light.key.point.intensity", "40", "90"),
+        ("light.key.point.position.x", "3", "-3"),
+        ("background.environment.rotate.y", "0", "180"),
+        ("background.environment.intensity", "1", "2.5"),
+        ("background.visible", "true", "false"),
+        ("object.ball.transform.translate.y", "0", "1.7"),
+        ("object.lamp.transform.translate.x", "1", "-1"),
+        ("object.roof.transform.rotate.y", "20", "425"),
+        ("object.roof.transform.scale", "1", "1.5"),
+        ("object.roof 2.transform.translate.x", "-2", "0.3"),
+        ("object.far.transform.translate.x", "-5000", "-5003.3"),
+        ("object.ball.visible", "1", "0"),
+        ("object.roof.visible", "true", "false"),
+        ("object.ball.shape.sphere.radius", "0.7", "1.2"),
+        ("object.ball.material", "red", "glass"),
+        ("object.roof.material", "glass", "lamp"),
+    ] {
+        both_ways(&format!("frame,{column}\n1,{first}\n3,{last}\n"), &FRAMES);
+    }
+}
+
+#[test]
+fn values_that_change_together_equal_a_scene_that_is_compiled_for_their_time() {
+    let all = "frame,material.red.matte.albedo,light.key.point.intensity.r,light.key.point.intensity.g,\
+               light.key.point.intensity.b,object.roof.transform.translate.x,object.lamp.transform.translate.y,\
+               object.roof 2.visible,background.environment.rotate.y\n\
+               1,0.5,1,2,3,0,2,true,0\n2,0.7,40,20,30,1,3,false,90\n3,0.6,70,0,0,2,1,true,360\n";
+    both_ways(all, &FRAMES);
+}
+
+#[test]
+fn a_frame_after_one_that_is_wrong_is_right() {
+    let folder = folder("frame,object.roof.transform.scale\n1,1\n3,-1\n");
+    let job = job(folder.path());
+    let scenes = || job.scenes(job.compile().expect("a scene"));
+    let (mut scenes, mut alone) = (scenes(), scenes());
+    scenes.seek(1.0).expect("a scene");
+    let message = scenes.seek(2.0).map(drop).expect_err("a scale of 0").to_string();
+    assert!(
+        message.contains("v.csv:2: ") || message.contains("the transform has no inverse"),
+        "{message}"
+    );
+    let picture = |scene: &Scene| bits(&job.render_frame(scene, 0).expect("a film"));
+    let found = picture(scenes.seek(3.0).expect("a scene"));
+    assert!(found == picture(alone.seek(3.0).expect("a scene")));
+}

@@ -1,0 +1,208 @@
+//! The tables of a scene file with values that change over time.
+
+use std::{
+    borrow::Cow,
+    collections::{BTreeMap, BTreeSet},
+};
+
+use toml::de::{DeTable, DeValue};
+
+use super::{
+    BackgroundDesc, Diagnostics, Entity, LightEntry, MaterialEntry, ObjectDesc, SceneDesc, TextureEntry,
+    names::unset,
+    overrides::{placed, put},
+    read::Reader,
+    values::Values,
+};
+use crate::{
+    camera::{CameraDesc, SceneCamera},
+    value::{Problem, Spanned},
+};
+
+/// A table that has values.
+struct Changing<'d> {
+    name: Spanned<String>,
+    base: Spanned<DeValue<'d>>,
+    /// The columns of its values.
+    columns: Vec<usize>,
+}
+
+/// A scene file whose values change over time.
+pub struct MovingScene<'d> {
+    desc: &'d SceneDesc,
+    values: &'d Values,
+    entities: BTreeMap<Entity, Changing<'d>>,
+}
+
+impl<'d> MovingScene<'d> {
+    /// The scene `desc`, for which `values` were made.
+    pub fn new(desc: &'d SceneDesc, values: &'d Values) -> Self {
+        let mut document = desc.document();
+        let mut entities: BTreeMap<Entity, Changing<'d>> = BTreeMap::new();
+        for (at, column) in values.columns.iter().enumerate() {
+            let found = entities
+                .entry(column.entity)
+                .or_insert_with(|| Changing::take(desc, &mut document, column.entity));
+            found.columns.push(at);
+        }
+        Self { desc, values, entities }
+    }
+
+    /// The keys whose values differ between two times, each by the steps from its entity; all keys without values of an earlier time.
+    pub fn changed(&self, old: Option<&[String]>, new: &[String]) -> impl Iterator<Item = (Entity, &'d [String])> {
+        let columns = self.values.columns.iter().enumerate();
+        let differs = move |at: usize| old.is_none_or(|old| old[at] != new[at]);
+        columns.filter_map(move |(at, column)| differs(at).then_some((column.entity, column.path.as_slice())))
+    }
+
+    /// Puts the entities of these changes into `desc`, with the values `own` of a time in frames.
+    ///
+    /// # Errors
+    /// Values do not fit together.
+    pub fn set(
+        &self,
+        desc: &mut SceneDesc,
+        (frame, own): (f64, &[String]),
+        entities: &BTreeSet<Entity>,
+    ) -> Result<(), Diagnostics> {
+        let mut problems = Vec::new();
+        for entity in entities {
+            match self.entity(*entity, own) {
+                Ok(read) => read.put(*entity, desc),
+                Err(found) => problems.extend(found),
+            }
+        }
+        desc.source.overrides = self.values.overrides_at(self.desc, frame);
+        Diagnostics::new(&desc.source, problems).map_or(Ok(()), Err)
+    }
+
+    /// The camera of the scene file at a time in frames.
+    ///
+    /// # Errors
+    /// Its values do not fit together.
+    pub fn camera(&self, frame: f64) -> Result<Option<SceneCamera>, Diagnostics> {
+        let invalid = |problems: Vec<Problem>| {
+            let overrides = self.values.overrides_at(self.desc, frame);
+            let source = self.desc.source.clone().with(overrides);
+            Diagnostics::new(&source, problems).expect("what cannot be read has a problem")
+        };
+        let camera = match self.entities.contains_key(&Entity::Camera) {
+            true => match self.entity(Entity::Camera, &self.values.at(frame)).map_err(invalid)? {
+                EntityDesc::Camera(camera) => Some(*camera),
+                _ => None,
+            },
+            false => self.desc.camera.clone(),
+        };
+        let compiled = camera.map(|camera| camera.get_ref().compile()).transpose();
+        compiled.map_err(invalid)
+    }
+
+    /// Reads an entity with these values, all of a time.
+    pub(super) fn entity(&self, entity: Entity, own: &[String]) -> Result<EntityDesc, Vec<Problem>> {
+        let changing = &self.entities[&entity];
+        let mut problems = Vec::new();
+        let mut value: Spanned<DeValue<'_>> = changing.base.clone();
+        if let DeValue::Table(table) = value.get_mut() {
+            for &at in &changing.columns {
+                let (column, span) = (&self.values.columns[at], self.values.span(at));
+                let path: Vec<Cow<'_, str>> = column.path.iter().map(|step| Cow::Borrowed(step.as_str())).collect();
+                let new = DeValue::parse(&own[at]).expect("the TOML crate has written it");
+                let set = put(table, (&path, column.component), placed(new.into_inner(), &span));
+                problems.extend(set.err());
+            }
+            for &at in &changing.columns {
+                let column = &self.values.columns[at];
+                if column.component.is_some() {
+                    problems.extend(unset(table, &column.path, &self.values.span(at)));
+                }
+            }
+        }
+        if !problems.is_empty() {
+            return Err(problems);
+        }
+        let overrides = &self.desc.source.overrides;
+        let mut reader = Reader::new(overrides, &self.desc.source.text);
+        let name = || changing.name.clone();
+        let read = match entity {
+            Entity::Object(_) => reader.object(value).map(|it| EntityDesc::Object(Box::new(it))),
+            Entity::Light(_) => reader.light(value).map(|it| EntityDesc::Light(Box::new(it))),
+            Entity::Material(_) => reader
+                .material(name(), value)
+                .map(|it| EntityDesc::Material(Box::new(it))),
+            Entity::Texture(_) => reader
+                .texture(name(), value)
+                .map(|it| EntityDesc::Texture(Box::new(it))),
+            Entity::Background => reader.entity(value).map(EntityDesc::Background),
+            Entity::Camera => reader.camera(value).map(|it| EntityDesc::Camera(Box::new(it))),
+        };
+        match read {
+            Some(read) if reader.problems.is_empty() => Ok(read),
+            _ => Err(reader.problems),
+        }
+    }
+}
+
+impl<'d> Changing<'d> {
+    /// Takes the table of an entity out of the document; one that is not there is empty.
+    fn take(desc: &SceneDesc, document: &mut DeTable<'d>, entity: Entity) -> Self {
+        let mut of_list = |what: &str, at: usize| {
+            let list = document.get_mut(what).map(Spanned::get_mut);
+            let element = match list {
+                Some(DeValue::Array(list)) => list.get_mut(at).map(|element| element.clone()),
+                _ => None,
+            };
+            (Spanned::new(0..0, String::new()), element)
+        };
+        let (name, base) = match entity {
+            Entity::Object(at) => of_list("object", at),
+            Entity::Light(at) => of_list("light", at),
+            Entity::Background => (Spanned::new(0..0, String::new()), document.remove("background")),
+            Entity::Camera => (Spanned::new(0..0, String::new()), document.remove("camera")),
+            Entity::Material(at) => Self::named(document, "material", &desc.materials[at].name),
+            Entity::Texture(at) => Self::named(document, "texture", &desc.textures[at].name),
+        };
+        Self {
+            name,
+            base: base.unwrap_or_else(|| Spanned::new(0..0, DeValue::Table(DeTable::new()))),
+            columns: Vec::new(),
+        }
+    }
+
+    fn named(
+        document: &mut DeTable<'d>,
+        what: &str,
+        name: &Spanned<String>,
+    ) -> (Spanned<String>, Option<Spanned<DeValue<'d>>>) {
+        let tables = document.get_mut(what).map(Spanned::get_mut);
+        let own = match tables {
+            Some(DeValue::Table(tables)) => tables.remove(name.get_ref().as_str()),
+            _ => None,
+        };
+        (name.clone(), own)
+    }
+}
+
+/// An entity, read.
+pub(super) enum EntityDesc {
+    Object(Box<ObjectDesc>),
+    Light(Box<LightEntry>),
+    Material(Box<MaterialEntry>),
+    Texture(Box<TextureEntry>),
+    Background(BackgroundDesc),
+    Camera(Box<Spanned<CameraDesc>>),
+}
+
+impl EntityDesc {
+    /// Replaces `entity` of a scene.
+    fn put(self, entity: Entity, desc: &mut SceneDesc) {
+        match (self, entity) {
+            (Self::Object(own), Entity::Object(at)) => desc.objects[at] = *own,
+            (Self::Light(own), Entity::Light(at)) => desc.lights[at] = *own,
+            (Self::Material(own), Entity::Material(at)) => desc.materials[at] = *own,
+            (Self::Texture(own), Entity::Texture(at)) => desc.textures[at] = *own,
+            (Self::Background(own), Entity::Background) => desc.background = own,
+            (Self::Camera(own), Entity::Camera) => desc.camera = Some(*own),
+            _ => unreachable!("an entity is read as what it is"),
+        }
+    }
+}

@@ -1,0 +1,254 @@
+//! The columns of tables of values: which keys they name, how they move, and whether their values are right.
+
+use std::collections::BTreeMap;
+
+use toml::de::DeTable;
+
+use super::{
+    Diagnostics, Entity, Error, Overrides, SceneDesc,
+    kind_tables::another_kind,
+    moving::MovingScene,
+    names::{Component, KnownNames},
+    values::{Column, Curve, ValueFile, Values},
+};
+use crate::{
+    assets::camera_path::{ValueCell, ValueColumn, ValueTable},
+    math::track::{Interp, Track},
+    value::{OVERRIDES, Problem},
+};
+
+/// Keys that hold for the whole job, since names and numbers in files follow from them.
+const FIXED: [&str; 2] = ["name", "group"];
+
+/// The most problems that are told.
+const MOST_PROBLEMS: usize = 20;
+
+impl Values {
+    /// The values of these files for the scene `desc`.
+    ///
+    /// # Errors
+    /// A name is unknown, or a value is wrong; the errors name the cells.
+    pub fn new(desc: &SceneDesc, files: &[ValueFile]) -> Result<Self, Error> {
+        let fixed = desc.source.overrides.paths().count();
+        let mut values = Self {
+            files: files
+                .iter()
+                .map(|file| (file.path.clone(), file.table.rows.clone()))
+                .collect(),
+            columns: Vec::new(),
+            fixed,
+        };
+        let mut faults = Faults::new(desc);
+        let document = desc.document();
+        let known = KnownNames::new(&document);
+        for (file, ValueFile { path, table }) in files.iter().enumerate() {
+            for column in &table.columns {
+                let origin = format!("{}:{}: {}", path.display(), table.header, column.name);
+                let steps: Vec<String> = column.name.split('.').map(str::to_owned).collect();
+                let resolved = resolve(desc, &document, &known, &steps);
+                let Some((entity, path)) = resolved.map_err(|problem| faults.add(origin, problem)).ok() else {
+                    continue;
+                };
+                values.columns.push(Column {
+                    name: column.name.clone(),
+                    file,
+                    component: path.component,
+                    path: path.inner,
+                    entity,
+                    curve: curve(table, column),
+                });
+            }
+        }
+        faults.check()?;
+        let sources: Vec<(&ValueTable, &ValueColumn)> = files
+            .iter()
+            .flat_map(|file| file.table.columns.iter().map(|column| (&file.table, column)))
+            .collect();
+        for (at, (table, column)) in sources.iter().enumerate() {
+            if let Some(held) = values.held(desc, at, table, column) {
+                values.columns[at].curve = held;
+            }
+        }
+        let mut faults = Faults::new(desc);
+        let moving = MovingScene::new(desc, &values);
+        for (entity, frames) in judged_frames(&values, &sources) {
+            for frame in frames {
+                let problems = moving.entity(entity, &values.at(frame)).err().unwrap_or_default();
+                for problem in problems {
+                    faults.add(values.origin_of(&problem, frame), problem);
+                }
+                if faults.problems.len() >= MOST_PROBLEMS {
+                    return faults.check().map(|()| values.clone());
+                }
+            }
+        }
+        faults.check()?;
+        Ok(values)
+    }
+
+    /// The curve of a column of whole numbers or truths, which hold, if its key is one.
+    fn held(&self, desc: &SceneDesc, at: usize, table: &ValueTable, column: &ValueColumn) -> Option<Curve> {
+        let Curve::Number(_) = self.columns[at].curve else {
+            return None;
+        };
+        let numbers = || {
+            column.cells.iter().filter_map(|(row, cell)| match cell {
+                ValueCell::Number(v) => Some((table.rows[*row as usize].frame, *v)),
+                ValueCell::Word(_) => None,
+            })
+        };
+        if numbers().any(|(_, v)| v.fract() != 0.0 || v.abs() > 1e15) {
+            return None;
+        }
+        let least = numbers().map(|(_, v)| v).fold(f64::INFINITY, f64::min);
+        let moving = MovingScene::new(desc, self);
+        let frame = numbers().next()?.0;
+        let takes = |text: String| {
+            let mut all = self.at(frame);
+            all[at] = text;
+            let problems = moving.entity(self.columns[at].entity, &all).err().unwrap_or_default();
+            problems
+                .iter()
+                .all(|problem| problem.span.as_ref() != Some(&self.span(at)))
+        };
+        let whole = |v: f64| (v as i64).to_string();
+        let varies = numbers().any(|(_, v)| v != least);
+        if varies && takes((least + 0.5).to_string()) {
+            return None;
+        }
+        if takes(whole(least)) {
+            return Some(Curve::Held(numbers().map(|(frame, v)| (frame, whole(v))).collect()));
+        }
+        let is_truth = numbers().all(|(_, v)| v == 0.0 || v == 1.0) && takes("true".to_owned());
+        is_truth.then(|| Curve::Held(numbers().map(|(frame, v)| (frame, (v == 1.0).to_string())).collect()))
+    }
+}
+
+/// The frames at which each entity is judged.
+fn judged_frames(values: &Values, sources: &[(&ValueTable, &ValueColumn)]) -> BTreeMap<Entity, Vec<f64>> {
+    let mut frames: BTreeMap<Entity, Vec<f64>> = BTreeMap::new();
+    for (column, (table, source)) in values.columns.iter().zip(sources) {
+        let judged = judged_rows(source)
+            .into_iter()
+            .map(|row| table.rows[row as usize].frame);
+        frames.entry(column.entity).or_default().extend(judged);
+    }
+    for frames in frames.values_mut() {
+        frames.sort_by(f64::total_cmp);
+        frames.dedup();
+    }
+    frames
+}
+
+/// The rows at which a column is judged: those of its least and its largest number, since every range of valid numbers is an interval,
+/// and the first of each different word.
+fn judged_rows(column: &ValueColumn) -> Vec<u32> {
+    let numbers = || {
+        column.cells.iter().filter_map(|(row, cell)| match cell {
+            ValueCell::Number(v) => Some((*v, *row)),
+            ValueCell::Word(_) => None,
+        })
+    };
+    let least = numbers().min_by(|a, b| a.0.total_cmp(&b.0));
+    let most = numbers().max_by(|a, b| a.0.total_cmp(&b.0));
+    let mut words = BTreeMap::new();
+    for (row, cell) in &column.cells {
+        if let ValueCell::Word(word) = cell {
+            words.entry(word).or_insert(*row);
+        }
+    }
+    let numbers = least.into_iter().chain(most).map(|(_, row)| row);
+    numbers.chain(words.into_values()).collect()
+}
+
+/// A key in an entity.
+struct KeyPath {
+    inner: Vec<String>,
+    component: Option<Component>,
+}
+
+/// Finds the key that the path `steps` names.
+fn resolve(
+    desc: &SceneDesc,
+    document: &DeTable<'_>,
+    known: &KnownNames,
+    steps: &[String],
+) -> Result<(Entity, KeyPath), Problem> {
+    let span = 0..0;
+    let path = known.resolve(steps, &span)?;
+    if let Some(problem) = another_kind(document, &path, &span, &desc.source.text) {
+        return Err(problem);
+    }
+    let component = Component::of_path(&path);
+    let words: Vec<&str> = path.iter().map(AsRef::as_ref).collect();
+    let (entity, inner) = Entity::of_path(desc, &words).map_err(|message| Problem::at(span.clone(), message))?;
+    if inner.is_empty() {
+        return Err(Problem::at(span, "this is a table of values: name one of them"));
+    }
+    if let Some(fixed) = FIXED.iter().find(|fixed| inner == [**fixed]) {
+        return Err(Problem::at(span, format!("`{fixed}` holds for the whole job")));
+    }
+    let inner = inner.iter().map(|step| (*step).to_owned()).collect();
+    Ok((entity, KeyPath { inner, component }))
+}
+
+/// The curve of a column: numbers move if all cells are numbers.
+fn curve(table: &ValueTable, column: &ValueColumn) -> Curve {
+    let frame = |row: &u32| table.rows[*row as usize].frame;
+    let is_number = |(_, cell): &(u32, ValueCell)| matches!(cell, ValueCell::Number(_));
+    if column.cells.iter().all(is_number) {
+        let keys = column.cells.iter().map(|(row, cell)| {
+            let own: Interp = table.rows[*row as usize].interp;
+            let number = match cell {
+                ValueCell::Number(v) => Some(*v),
+                ValueCell::Word(_) => None,
+            };
+            (frame(row), number, column.interp.unwrap_or(own))
+        });
+        return Curve::Number(Track::new(keys));
+    }
+    let text = |cell: &ValueCell| match cell {
+        ValueCell::Number(v) => toml::Value::from(*v).to_string(),
+        ValueCell::Word(word) if word.eq_ignore_ascii_case("true") => "true".to_owned(),
+        ValueCell::Word(word) if word.eq_ignore_ascii_case("false") => "false".to_owned(),
+        ValueCell::Word(word) => toml::Value::from(&**word).to_string(),
+    };
+    Curve::Held(
+        column
+            .cells
+            .iter()
+            .map(|(row, cell)| (frame(row), text(cell)))
+            .collect(),
+    )
+}
+
+/// Problems of cells so far, each with its origin.
+struct Faults<'d> {
+    desc: &'d SceneDesc,
+    overrides: Overrides,
+    problems: Vec<Problem>,
+}
+
+impl<'d> Faults<'d> {
+    fn new(desc: &'d SceneDesc) -> Self {
+        Self {
+            desc,
+            overrides: desc.source.overrides.clone(),
+            problems: Vec::new(),
+        }
+    }
+
+    fn add(&mut self, origin: String, problem: Problem) {
+        let start = OVERRIDES + self.overrides.paths().count();
+        self.overrides.set_cell(&origin, "");
+        self.problems.push(Problem {
+            span: Some(start..start + 1),
+            ..problem
+        });
+    }
+
+    fn check(self) -> Result<(), Error> {
+        let source = self.desc.source.clone().with(self.overrides);
+        Diagnostics::new(&source, self.problems).map_or(Ok(()), |found| Err(Error::Invalid(found)))
+    }
+}
