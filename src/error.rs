@@ -30,6 +30,8 @@ pub enum Error {
     CameraOfSceneFile,
     #[error("--variant chooses the materials of a model, and a scene file gives each mesh its own (`variant`)")]
     VariantOfSceneFile,
+    #[error("--animation plays those of a model, and a scene file gives each mesh its own (`animation`)")]
+    AnimationOfSceneFile,
     #[error("--light-units is that of a model's lights, and a scene file gives each mesh its own (`light_units`)")]
     LightUnitsOfSceneFile,
     #[error("--point-radius is that of a model's points, and a scene file gives each mesh its own (`radius`)")]
@@ -184,6 +186,7 @@ impl Error {
             Self::Usage(_)
             | Self::CameraOfSceneFile
             | Self::VariantOfSceneFile
+            | Self::AnimationOfSceneFile
             | Self::LightUnitsOfSceneFile
             | Self::PointRadiusOfSceneFile
             | Self::Pattern(_)

@@ -10,6 +10,7 @@ pub mod memory;
 pub mod model;
 pub mod model_format;
 pub mod model_formats;
+pub mod motion;
 pub mod obj;
 pub mod ply;
 pub mod points;
@@ -17,6 +18,7 @@ mod repair;
 pub mod stl;
 pub mod store;
 mod tangents;
+mod views;
 
 pub use files::{ContentHash, Files};
 pub use memory::{MemoryBudget, MemoryKind, OverBudget};

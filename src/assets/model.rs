@@ -1,26 +1,34 @@
 //! The content of a model file in any format: meshes with their transforms and materials, cameras and lights.
 
 use std::{
+    collections::HashSet,
     path::{Path, PathBuf},
     sync::Arc,
 };
 
 use glam::DAffine3;
 
-use super::points::PointCloud;
+use super::{
+    motion::{ModelClip, ModelPose, Motion},
+    points::PointCloud,
+};
 use crate::{
     material::principled::Principled,
     math::{DAabb, Rgb},
-    shape::mesh::Mesh,
+    shape::mesh::{Mesh, Playback},
     texture::{
         Color, StTransform,
         bitmap::ColorSpace,
         image::{TextureFilter, Wrap},
     },
-    value::visible,
+    value::{one_line, visible},
 };
 
-pub use crate::shape::mesh::{LightUnits, SceneChoice};
+pub use super::views::{ModelCamera, ModelLight, ModelLightKind, ModelView};
+pub use crate::shape::mesh::{AnimationChoice, LightUnits, SceneChoice};
+
+/// The feature of models with animations.
+pub const ANIMATIONS: &str = "animations";
 
 /// The choice among the alternatives in a model file.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -32,6 +40,8 @@ pub struct ModelChoice {
     /// Whether its lights shine; `None` where nobody decided.
     pub lights: Option<bool>,
     pub light_units: LightUnits,
+    /// The animations that are played; `None` where nobody decided.
+    pub animation: Option<AnimationChoice>,
 }
 
 /// A model, in its own space: right-handed, +y up, metres.
@@ -50,6 +60,10 @@ pub struct Model {
     pub lights: Vec<ModelLight>,
     /// The names of the file's material variants.
     pub variants: Vec<String>,
+    /// All animations of the file, in its order.
+    pub clips: Vec<ModelClip>,
+    /// The motion by those animations that are played; `None` if none are.
+    pub motion: Option<Arc<Motion>>,
     /// The features that the file uses, each once.
     pub features: Vec<ModelFeature>,
     /// Faults of the file that do not prevent rendering.
@@ -74,10 +88,25 @@ impl Model {
         }
     }
 
+    /// The warning about a feature of this model, if it is not rendered.
+    pub fn loss(&self, feature: &ModelFeature) -> Option<String> {
+        let loss = feature.loss()?;
+        if feature.name != ANIMATIONS {
+            return Some(loss);
+        }
+        let names = self.clips.iter().map(|clip| format!("`{}`", one_line(&clip.name, 80)));
+        let names = names.collect::<Vec<_>>().join(", ");
+        let names = one_line(&names, 400);
+        Some(format!(
+            "{loss}: {names}; `animation` of the mesh or --animation plays them"
+        ))
+    }
+
     /// The bytes of its arrays.
     pub fn bytes(&self) -> u64 {
         let points = self.points.as_ref().map_or(0, PointCloud::bytes);
-        self.meshes.iter().map(Mesh::bytes).sum::<u64>() + points
+        let motion = self.motion.as_ref().map_or(0, |motion| motion.bytes());
+        self.meshes.iter().map(Mesh::bytes).sum::<u64>() + points + motion
     }
 }
 
@@ -234,49 +263,49 @@ impl ImageSource {
     }
 }
 
-/// A camera: it looks along its own -z, +y is up.
-#[derive(Clone, Debug)]
-pub struct ModelCamera {
-    /// The name of its node, or its own; may be empty.
-    pub name: String,
-    pub model_from_camera: DAffine3,
-    pub view: ModelView,
-}
-
-/// The view of a model's camera.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ModelView {
-    /// The angle over the picture's height, in radians.
-    Perspective { fov: f64 },
-    /// The height of the view, in m.
-    Orthographic { height: f64 },
-}
-
-/// A light: it shines along its own -z.
-#[derive(Clone, Copy, Debug)]
-pub struct ModelLight {
-    pub model_from_light: DAffine3,
-    /// The intensity in W sr^-1; for a sun the irradiance on a surface that faces it, in W m^-2.
-    pub strength: Rgb,
-    pub kind: ModelLightKind,
-}
-
-/// The kind of a model's light.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ModelLightKind {
-    Point,
-    /// Half angles in radians: full light up to `inner`, none beyond `outer`.
-    Spot {
-        inner: f64,
-        outer: f64,
-    },
-    Sun,
-}
-
 impl Model {
     /// Whether it has no geometry.
     pub fn is_empty(&self) -> bool {
         self.instances.is_empty() && self.points.is_none()
+    }
+
+    /// The pose at `time`, in s; `None` for a model without animations that are played.
+    pub fn pose(&self, playback: &Playback, time: f64) -> Option<ModelPose> {
+        self.motion.as_ref().map(|motion| motion.pose(playback, time))
+    }
+
+    /// The parts that move or deform: for each the number of its node, and its transform within the node if that moves.
+    pub fn movers(&self) -> Vec<Option<(Option<usize>, DAffine3)>> {
+        let mut movers = vec![None; self.instances.len()];
+        let Some(motion) = &self.motion else {
+            return movers;
+        };
+        let deforming: HashSet<usize> = motion.meshes.iter().map(|mesh| mesh.mesh).collect();
+        for (mover, part) in movers.iter_mut().zip(&self.instances) {
+            *mover = deforming
+                .contains(&part.mesh)
+                .then_some((part.node, DAffine3::IDENTITY));
+        }
+        for part in &motion.parts {
+            movers[part.part] = Some((self.instances[part.part].node, part.node_from_mesh));
+        }
+        movers
+    }
+
+    /// The same model in this pose.
+    pub fn posed(&self, pose: ModelPose) -> Self {
+        let mut model = self.clone();
+        for (part, model_from_mesh) in pose.parts {
+            model.instances[part].model_from_mesh = model_from_mesh;
+        }
+        for (mesh, shape) in pose.meshes {
+            shape.apply(&mut model.meshes[mesh]);
+        }
+        for (material, surface) in pose.materials {
+            model.materials[material].surface = surface;
+        }
+        (model.cameras, model.lights) = (pose.cameras, pose.lights);
+        model
     }
 
     /// The bounds of all parts; empty if there are none.

@@ -15,6 +15,7 @@ use super::{
     model::{ImageSource, LightUnits, Model, ModelChoice, ModelFeature},
     model_format::ModelError,
     model_formats,
+    motion::ModelClip,
 };
 use crate::{
     texture::{Bitmap, bitmap::ColorSpace},
@@ -128,6 +129,8 @@ pub struct ModelReport {
     pub cameras: Vec<String>,
     /// The names of its material variants.
     pub variants: Vec<String>,
+    /// Its animations.
+    pub clips: Vec<ModelClip>,
     pub lights: usize,
 }
 
@@ -251,7 +254,7 @@ impl Store {
         let losses = model
             .features
             .iter()
-            .filter_map(|f| Some((WarningKind::FEATURE, &f.name, f.loss()?)));
+            .filter_map(|f| Some((WarningKind::FEATURE, &f.name, model.loss(f)?)));
         let faults = model
             .faults
             .iter()
@@ -287,6 +290,7 @@ impl Store {
             features: model.features.clone(),
             cameras: model.cameras.iter().map(|c| c.name.clone()).collect(),
             variants: model.variants.clone(),
+            clips: model.clips.clone(),
             lights: model.lights.len(),
         });
         Ok(())

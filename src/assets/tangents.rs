@@ -75,34 +75,40 @@ fn face_normal(mesh: &Mesh, face: usize) -> Vec3 {
     (b - a).cross(c - a).normalize_or_zero().as_vec3()
 }
 
-/// Adds tangents along the texture coordinates of `set` to a valid mesh. A mesh without these coordinates is not changed.
-pub(super) fn add(mesh: &mut Mesh, set: UvSet) {
+/// Adds tangents along the texture coordinates of `set` to a valid mesh. A mesh without these coordinates is not changed. Returns
+/// the vertex that each appended one is a copy of.
+pub(super) fn add(mesh: &mut Mesh, set: UvSet) -> Vec<u32> {
     let uvs = match set {
         UvSet::First => &mesh.uvs,
         UvSet::Second => &mesh.second_uvs,
     };
     if !mesh.tangents.is_empty() || uvs.is_empty() {
-        return;
+        return Vec::new();
     }
     let mut corners = Corners {
         mesh,
         uvs,
         tangents: vec![[Vec4::ZERO; 3]; mesh.triangles.len()],
     };
-    if generate_tangents(&mut corners).is_ok() {
-        let tangents = corners.tangents;
-        assign(mesh, &tangents);
+    match generate_tangents(&mut corners) {
+        Ok(()) => {
+            let tangents = corners.tangents;
+            assign(mesh, &tangents)
+        }
+        Err(_) => Vec::new(),
     }
 }
 
 /// Assigns the tangents of all corners to vertices: the first one to the vertex itself, each other to a copy of it.
-fn assign(mesh: &mut Mesh, tangents: &[[Vec4; 3]]) {
+/// Returns the vertices that are copied.
+fn assign(mesh: &mut Mesh, tangents: &[[Vec4; 3]]) -> Vec<u32> {
     const NONE: u32 = u32::MAX;
     let first_copy = mesh.positions.len();
     mesh.tangents = vec![Vec4::ZERO; first_copy];
     // The copies of a vertex are a linked list.
     let mut next = vec![NONE; first_copy];
     let mut is_set = vec![false; first_copy];
+    let mut copied = Vec::new();
     for (triangle, tangents) in tangents.iter().enumerate() {
         for (corner, &tangent) in tangents.iter().enumerate() {
             let mut at = mesh.triangles[triangle][corner] as usize;
@@ -115,6 +121,7 @@ fn assign(mesh: &mut Mesh, tangents: &[[Vec4; 3]]) {
             if mesh.tangents[at] != tangent {
                 let copy = mesh.positions.len();
                 copy_vertex(mesh, at);
+                copied.push(at as u32);
                 mesh.tangents.push(tangent);
                 next[at] = copy as u32;
                 next.push(NONE);
@@ -124,6 +131,7 @@ fn assign(mesh: &mut Mesh, tangents: &[[Vec4; 3]]) {
             mesh.triangles[triangle][corner] = at as u32;
         }
     }
+    copied
 }
 
 /// Appends a copy of a vertex, without its tangent.
@@ -171,7 +179,7 @@ mod tests {
     #[test]
     fn a_mirrored_seam_has_both_tangents_and_the_rest_keeps_its_vertices() {
         let mut mesh = mirrored();
-        add(&mut mesh, UvSet::First);
+        assert_eq!(add(&mut mesh, UvSet::First), [1, 4]);
         assert_eq!(mesh.validate(), Ok(()));
         assert_eq!(mesh.positions.len(), 8, "the two vertices of the seam are copied");
         let (left, right) = (Vec4::new(-1.0, 0.0, 0.0, -1.0), Vec4::new(1.0, 0.0, 0.0, 1.0));

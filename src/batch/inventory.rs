@@ -1,11 +1,11 @@
 //! The inventory of a scene: its parts, and the treatment of each feature of its files.
 
-use std::path::Path;
+use std::{collections::BTreeMap, path::Path};
 
 use serde::Serialize;
 
 use crate::{
-    assets::{Store, model::Treatment, store::ModelReport},
+    assets::{Store, model::Treatment, motion::ModelClip, store::ModelReport},
     scene::SceneBuilder,
     warnings::Warning,
 };
@@ -52,8 +52,29 @@ pub struct ModelEntry {
     pub cameras: Vec<String>,
     /// The names of its material variants.
     pub variants: Vec<String>,
+    pub animations: Vec<AnimationEntry>,
     pub lights: usize,
     pub features: Vec<FeatureEntry>,
+}
+
+/// An animation of a model file.
+#[derive(Clone, Debug, Serialize)]
+pub struct AnimationEntry {
+    pub name: String,
+    /// The time of its last key, in s; `None` if it cannot be read.
+    pub seconds: Option<f32>,
+    /// What it moves, and how many of each.
+    pub moves: BTreeMap<&'static str, usize>,
+}
+
+impl AnimationEntry {
+    fn new(clip: &ModelClip) -> Self {
+        Self {
+            name: clip.name.clone(),
+            seconds: Some(clip.length).filter(|length| length.is_finite()),
+            moves: clip.moves.iter().copied().collect(),
+        }
+    }
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -122,6 +143,7 @@ impl ModelEntry {
             file: file(&report.request.path),
             cameras: report.cameras.clone(),
             variants: report.variants.clone(),
+            animations: report.clips.iter().map(AnimationEntry::new).collect(),
             lights: report.lights,
             features: features.collect(),
         }

@@ -48,6 +48,7 @@ impl Job {
                 camera: request.camera.as_deref(),
                 variant: request.variant.as_deref(),
                 light_units: request.light_units.unwrap_or_default(),
+                animation: request.animation.as_ref(),
                 point_radius: request.point_radius,
             };
             default_scene::describe(path, options, &store)?
@@ -57,6 +58,9 @@ impl Job {
             }
             if request.variant.is_some() {
                 return Err(Error::VariantOfSceneFile);
+            }
+            if request.animation.is_some() {
+                return Err(Error::AnimationOfSceneFile);
             }
             if request.light_units.is_some() {
                 return Err(Error::LightUnitsOfSceneFile);

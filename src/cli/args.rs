@@ -214,6 +214,12 @@ pub struct RenderArgs {
     #[arg(long, value_name = "NAME", hide_short_help = true, help_heading = heading::FRAMES)]
     pub camera: Option<String>,
 
+    /// Play an animation of a glTF model by itself, or all of them; repeatable
+    ///
+    /// Without --range and --frames, the frames are those from 0 to its last key.
+    #[arg(long, value_name = "NAME|all", hide_short_help = true, help_heading = heading::FRAMES)]
+    pub animation: Vec<String>,
+
     /// Orbit the scene once in N frames instead, starting at its own camera
     #[arg(long, value_name = "N", conflicts_with = "frames", value_parser = clap::value_parser!(u32).range(1..=1_000_000), help_heading = heading::FRAMES)]
     pub turntable: Option<u32>,

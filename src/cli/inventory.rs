@@ -74,6 +74,19 @@ fn write_model(out: &mut impl Write, model: &ModelEntry) -> io::Result<()> {
     for variant in &model.variants {
         writeln!(out, "  variant: {}", visible(variant))?;
     }
+    for animation in &model.animations {
+        let seconds = animation
+            .seconds
+            .map_or_else(|| "?".to_owned(), |seconds| seconds.to_string());
+        let moves = animation.moves.iter().map(|(what, count)| plural(*count, what));
+        let moves = moves.collect::<Vec<_>>().join(", ");
+        let moves = if moves.is_empty() { "nothing" } else { &moves };
+        writeln!(
+            out,
+            "  animation {}: {seconds} s, moves {moves}",
+            visible(&animation.name)
+        )?;
+    }
     for feature in &model.features {
         let FeatureEntry {
             name,

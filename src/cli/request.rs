@@ -6,6 +6,7 @@ use batch_render::{
     accel::BuildOptions,
     batch::{DenoiseSteps, Existing, FrameRange, OnFailure, Policy, Request, metadata::Sidecar},
     error::Error,
+    shape::mesh::AnimationChoice,
     simd::Isa,
     value::UnknownName,
     warnings::Warnings,
@@ -83,11 +84,21 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         allow_outside: args.allow_outside,
         strict: args.strict,
         camera: args.camera.clone(),
+        animation: animation(&args.animation),
         variant: args.variant.clone(),
         light_units: args.light_units,
         point_radius: args.point_radius,
         warnings: Warnings::default(),
     })
+}
+
+/// The animations that these names choose, if any.
+pub(super) fn animation(names: &[String]) -> Option<AnimationChoice> {
+    match names {
+        [] => None,
+        [name] => Some(AnimationChoice::of_name(name)),
+        names => Some(AnimationChoice::Named(names.to_vec())),
+    }
 }
 
 /// The files that the program writes beside those of the job.

@@ -19,7 +19,10 @@ use crate::{
     describe::{self, BackgroundDesc, LightEntry, ObjectDesc, Overrides, SceneDesc, Source},
     light::{LightDesc, sun::SunDesc},
     math::{Aabb, Rgb, Vec3, origin},
-    shape::{ShapeDesc, mesh::MeshDesc},
+    shape::{
+        ShapeDesc,
+        mesh::{AnimationChoice, MeshDesc, Repeat},
+    },
     value::{Direction, NonNegative, Point, Positive, RgbFactor, Spanned, one_line},
     warnings::{WarningKind, Warnings},
 };
@@ -54,6 +57,8 @@ pub struct ModelOptions<'a> {
     pub variant: Option<&'a str>,
     /// The unit of its lights.
     pub light_units: LightUnits,
+    /// The animations that are played.
+    pub animation: Option<&'a AnimationChoice>,
     /// The radius of points, in m.
     pub point_radius: Option<f32>,
 }
@@ -70,6 +75,7 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
             variant: options.variant.map(str::to_owned),
             lights: Some(true),
             light_units: options.light_units,
+            animation: options.animation.cloned(),
         },
     })?;
     let mut objects = Vec::new();
@@ -114,6 +120,10 @@ fn object(path: &Path, options: ModelOptions<'_>) -> ObjectDesc {
             variant: options.variant.map(str::to_owned),
             lights: Some(true),
             light_units: options.light_units,
+            animation: options.animation.cloned(),
+            start: None,
+            speed: None,
+            repeat: Repeat::Once,
             radius: options.point_radius.map(Positive),
         })),
         transform: None,

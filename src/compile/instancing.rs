@@ -8,10 +8,16 @@
 //! [`MAX_BAKED_TRIANGLES`], whose copies take no more memory than instances do, and meshes whose copies have fewer than
 //! [`MIN_SHARED_TRIANGLES`] together. Emitting meshes are baked, because lights are sampled by triangle; so are copies with a
 //! singular transform, or one that shears so much that rounding would be visible.
+//!
+//! Parts that animations move or deform are instances always, those of each node for themselves. What is an instance does not
+//! depend on the time.
 
 use std::{collections::HashMap, ops::Range};
 
-use crate::assets::model::{MeshInstance, Model};
+use crate::{
+    assets::model::{MeshInstance, Model},
+    math::DAffine3,
+};
 
 /// The most triangles of a mesh that is never an instance.
 const MAX_BAKED_TRIANGLES: u64 = 8;
@@ -25,7 +31,7 @@ pub enum Instancing {
     /// If instances save memory or time.
     #[default]
     Auto,
-    /// Never: every copy of a mesh is baked into world space.
+    /// Never: every copy of a mesh that stands still is baked into world space.
     Never,
     /// Always, also for single copies, so that objects can be moved.
     Always,
@@ -95,11 +101,13 @@ pub(super) struct InstanceUnits {
 impl InstanceUnits {
     /// The units of a model that `objects` objects use.
     pub fn new(model: &Model, objects: u64, instancing: Instancing) -> Self {
-        let units = repeated(model);
+        let movers = model.movers();
+        let units = repeated(model, &movers);
         let copies = ModelCopies::new(model, &units, objects);
         let (shared, once): (Vec<InstanceUnit>, Vec<InstanceUnit>) = units.into_iter().partition(|unit| {
             let copies = unit.copies.len() as u64;
-            copies > 1 && instancing.wants(unit.triangles, copies * objects)
+            let moves = unit.copies.iter().any(|copy| movers[copy.start].is_some());
+            moves && instancing != Instancing::Never || copies > 1 && instancing.wants(unit.triangles, copies * objects)
         });
         let mut rest: Vec<usize> = once.into_iter().flat_map(|unit| unit.copies).flatten().collect();
         rest.sort_unstable();
@@ -123,12 +131,17 @@ fn key(part: &MeshInstance) -> (usize, usize) {
 }
 
 /// All units, in the order of their first parts.
-fn repeated(model: &Model) -> Vec<InstanceUnit> {
+fn repeated(model: &Model, movers: &[Option<(Option<usize>, DAffine3)>]) -> Vec<InstanceUnit> {
     let parts = &model.instances;
+    // Parts that stand together stay together.
+    let stand_together = |a: usize, b: usize| match (movers[a], movers[b]) {
+        (None, None) => parts[a].model_from_mesh == parts[b].model_from_mesh,
+        (a, b) => a == b,
+    };
     let mut runs: Vec<Range<usize>> = Vec::new();
-    for (i, part) in parts.iter().enumerate() {
+    for i in 0..parts.len() {
         match runs.last_mut() {
-            Some(run) if parts[run.start].model_from_mesh == part.model_from_mesh => run.end = i + 1,
+            Some(run) if stand_together(run.start, i) => run.end = i + 1,
             _ => runs.push(i..i + 1),
         }
     }
@@ -174,10 +187,11 @@ fn alike(model: &Model, a: &Range<usize>, b: &Range<usize>) -> bool {
 
 #[cfg(test)]
 mod tests {
-    use glam::{DAffine3, DVec3};
-
     use super::*;
-    use crate::{math::Vec3, shape::mesh::Mesh};
+    use crate::{
+        math::{DVec3, Vec3},
+        shape::mesh::Mesh,
+    };
 
     /// A model of parts: mesh, material and position. Mesh `i` has `i` thousand triangles.
     fn model(parts: &[(usize, usize, f64)]) -> Model {

@@ -5,8 +5,10 @@ use std::{cell::RefCell, collections::BTreeSet};
 use super::{
     Error, Instancing, background,
     compiler::Compiler,
-    models::{self, LoadedModels, PlacedModel},
+    models,
+    motion::{Movables, SceneMotion},
     origin::SceneOrigin,
+    placed::{LoadedModels, PlacedModel},
 };
 use crate::{
     assets::{
@@ -64,12 +66,13 @@ fn around_models(
     let first = options.origin.unwrap_or_else(|| origin.choose());
     let compiled = Compiled::around(first, desc, &options.moved)?;
     let requests: Vec<ModelRequest> = compiled.placed.iter().map(PlacedModel::request).collect();
-    let loaded = store.models(&requests).map(LoadedModels::new);
+    let loaded = store.models(&requests);
+    let loaded = loaded.map(|models| LoadedModels::new(&compiled.placed, models, options.time));
     if options.origin.is_some() {
         return Ok((compiled, loaded));
     }
     if let Ok(loaded) = &loaded {
-        let placed = compiled.placed.iter().zip(loaded.bounds());
+        let placed = compiled.placed.iter().zip(loaded.own_bounds());
         origin.add(placed.map(|(placed, bounds)| placed.place.world_box(first, bounds)));
     }
     let chosen = origin.choose();
@@ -92,11 +95,22 @@ pub struct LoadOptions {
     pub origin: Option<DVec3>,
     /// The objects that move at some time, by their indices. They are never baked into the world.
     pub moved: BTreeSet<usize>,
+    /// The time of the animations of models, in s.
+    pub time: f64,
 }
 
 /// Loads a scene without its acceleration structure and lights, which [`SceneBuilder::build`] makes, on the threads of the
 /// current rayon pool. Models that `store` already has are not loaded again.
 pub fn load(desc: &SceneDesc, store: &Store, options: &LoadOptions) -> Result<SceneBuilder, Error> {
+    Ok(load_moving(desc, store, options)?.0)
+}
+
+/// Loads a scene in the same way, and returns what its models move as well, see [`SceneMotion::update`].
+pub fn load_moving(
+    desc: &SceneDesc,
+    store: &Store,
+    options: &LoadOptions,
+) -> Result<(SceneBuilder, SceneMotion), Error> {
     let (compiled, loaded) = around_models(desc, store, options)?;
     let Compiled {
         mut scene,
@@ -122,17 +136,21 @@ pub fn load(desc: &SceneDesc, store: &Store, options: &LoadOptions) -> Result<Sc
         instancing: options.instancing,
         warnings: store.warnings(),
         memory,
+        movables: Movables::default(),
     };
-    let placed = loaded.and_then(|loaded| models.place(&placed, &loaded));
+    let motion = loaded.and_then(|loaded| {
+        models.place(&placed, &loaded)?;
+        Ok(SceneMotion::new(placed, loaded.at_rest, models.movables))
+    });
     for bitmap in scene.opacity_bitmaps() {
         images[bitmap.0 as usize].alpha = AlphaUse::Opacity;
     }
     let has_environment = environment.is_some();
     images.extend(environment);
-    let mut bitmaps = match (placed, store.images(&images)) {
-        (Ok(()), Ok(bitmaps)) => bitmaps,
-        (placed, bitmaps) => {
-            let errors = placed.err().into_iter().chain(bitmaps.err()).flatten();
+    let (motion, mut bitmaps) = match (motion, store.images(&images)) {
+        (Ok(motion), Ok(bitmaps)) => (motion, bitmaps),
+        (motion, bitmaps) => {
+            let errors = motion.err().into_iter().chain(bitmaps.err()).flatten();
             return Err(Error::Assets(errors.collect()));
         }
     };
@@ -153,7 +171,7 @@ pub fn load(desc: &SceneDesc, store: &Store, options: &LoadOptions) -> Result<Sc
         radiance: background::radiance(&desc.background, picture.as_ref(), working_space, store.warnings()),
         visible: desc.background.visible,
     });
-    Ok(scene)
+    Ok((scene, motion))
 }
 
 impl Compiler<'_> {

@@ -6,7 +6,7 @@ use super::compiler::{Compiler, undefined};
 use crate::{
     assets::model::{Model, ModelTexture, UvSet},
     describe::{MaterialEntry, SceneDesc},
-    material::{Material, MaterialDesc, matte::Matte},
+    material::{Material, MaterialDesc, matte::Matte, principled::Principled},
     math::ColorConversion,
     scene::SceneBuilder,
     texture::{BitmapId, Color, Mapping, Pattern, Texture, TextureId, image::ImagePattern},
@@ -71,20 +71,22 @@ fn compile(desc: &MaterialDesc, texture: &FindTexture<'_>) -> Result<Material, P
 
 /// Adds the materials of a model with their textures; `bitmaps` are those of its textures.
 pub(super) fn add_model_materials(scene: &mut SceneBuilder, model: &Model, bitmaps: &[BitmapId]) {
-    let textures: Vec<TextureId> = model
-        .textures
-        .iter()
-        .zip(bitmaps)
-        .map(|(texture, bitmap)| scene.texture(texture_of(texture, *bitmap)))
-        .collect();
+    let first = TextureId(scene.texture_count() as u32);
+    for (texture, bitmap) in model.textures.iter().zip(bitmaps) {
+        scene.texture(texture_of(texture, *bitmap));
+    }
     for material in &model.materials {
-        let surface = material.surface.map_textures(|id| textures[id.0 as usize]);
-        // Faster, with the same picture.
-        let compiled = match surface.matte_color() {
-            Some(albedo) => Material::Matte(Matte::smooth(albedo)),
-            None => Material::Principled(surface),
-        };
-        scene.named_material(&material.name, compiled);
+        scene.named_material(&material.name, model_material(&material.surface, first));
+    }
+}
+
+/// A material of a model whose first texture has this id in the scene.
+pub(super) fn model_material(surface: &Principled, first: TextureId) -> Material {
+    let surface = surface.map_textures(|id| TextureId(first.0 + id.0));
+    // Faster, with the same picture.
+    match surface.matte_color() {
+        Some(albedo) => Material::Matte(Matte::smooth(albedo)),
+        None => Material::Principled(surface),
     }
 }
 

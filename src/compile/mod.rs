@@ -24,15 +24,18 @@ mod load;
 mod materials;
 mod model_lights;
 mod models;
+mod motion;
 mod objects;
 mod origin;
 mod place;
+mod placed;
 mod points;
 mod refresh;
 
 pub use error::Error;
 pub use instancing::Instancing;
-pub use load::{LoadOptions, load};
+pub use load::{LoadOptions, load, load_moving};
+pub use motion::SceneMotion;
 pub use refresh::{Change, Refresher};
 
 /// Compiles a scene and builds its acceleration structure, on the threads of the current rayon pool.

@@ -2,7 +2,6 @@
 
 use std::{
     collections::{HashMap, HashSet},
-    path::PathBuf,
     sync::Arc,
 };
 
@@ -10,75 +9,27 @@ use super::{
     instancing::{InstanceUnits, Instancing},
     materials::add_model_materials,
     model_lights,
-    place::ObjectPlace,
+    motion::Movables,
+    placed::{Kept, LoadedModels, MovedPart, PlacedModel},
 };
 use crate::{
     assets::{
         AssetError, MemoryBudget, MemoryKind,
-        model::{MeshInstance, Model, ModelChoice, ModelTexture},
-        store::{ImageRequest, ModelRequest},
+        model::{MeshInstance, Model, ModelTexture},
+        store::ImageRequest,
     },
-    geometry::MAX_MAGNIFICATION,
+    geometry::InstanceId,
     material::{EmissionReach, MaterialId},
     math::{DAabb, DAffine3, Transform, origin},
-    scene::{GroupId, InstanceRecord, MeshOwner, MeshTransform, NodeId, ObjectFromGroup, ObjectId, SceneBuilder},
-    texture::BitmapId,
+    scene::{
+        GroupId, InstanceRecord, LightId, MeshId, MeshOwner, MeshTransform, NodeId, ObjectFromGroup, SceneBuilder,
+    },
+    texture::{BitmapId, TextureId},
     warnings::{WarningKind, Warnings},
 };
 
 /// The most triangles that a scene stores.
 const MAX_TRIANGLES: u64 = 1 << 27;
-
-/// An object whose geometry is in a file.
-#[derive(Clone, Debug)]
-pub(super) struct PlacedModel {
-    pub object: ObjectId,
-    pub file: PathBuf,
-    pub choice: ModelChoice,
-    /// Overrides the model's own materials.
-    pub material: Option<MaterialId>,
-    pub place: ObjectPlace,
-    /// Whether its geometry and its lights are there.
-    pub visible: bool,
-    /// Whether it moves at some time: then its parts are instances.
-    pub moved: bool,
-    /// The group of its lights.
-    pub light_group: Option<String>,
-    /// Overrides the radius of its points, in m.
-    pub point_radius: Option<f32>,
-}
-
-impl PlacedModel {
-    /// The request for its file.
-    pub fn request(&self) -> ModelRequest {
-        ModelRequest {
-            path: self.file.clone(),
-            choice: self.choice.clone(),
-        }
-    }
-}
-
-/// The models of placed objects, one for each object.
-pub(super) struct LoadedModels {
-    models: Vec<Arc<Model>>,
-    /// The bounds of each different model.
-    bounds: HashMap<*const Model, DAabb>,
-}
-
-impl LoadedModels {
-    pub fn new(models: Vec<Arc<Model>>) -> Self {
-        let mut bounds = HashMap::new();
-        for model in &models {
-            bounds.entry(Arc::as_ptr(model)).or_insert_with(|| model.bounds());
-        }
-        Self { models, bounds }
-    }
-
-    /// The bounds of the model of each object, in the space of the model.
-    pub fn bounds(&self) -> impl Iterator<Item = &DAabb> {
-        self.models.iter().map(|model| &self.bounds[&Arc::as_ptr(model)])
-    }
-}
 
 /// The use of a model by the objects of a scene.
 #[derive(Default)]
@@ -112,6 +63,8 @@ struct InstancingPlan {
     shares_rest: bool,
     rest: Option<GroupId>,
     shared: Vec<Option<GroupId>>,
+    /// See [`Model::movers`].
+    movers: Vec<Option<(Option<usize>, DAffine3)>>,
     /// The transforms of copies within the model, by the first part of each copy, and of the rest.
     transforms: HashMap<Option<usize>, ObjectFromGroup>,
 }
@@ -136,6 +89,7 @@ impl InstancingPlan {
             rest: None,
             shared: vec![None; units.shared.len()],
             transforms: HashMap::new(),
+            movers: model.movers(),
             units,
         }
     }
@@ -170,20 +124,8 @@ struct PlacedParts<'a> {
     object_from_group: ObjectFromGroup,
     /// The node, if the parts become an instance.
     node: Option<NodeId>,
-}
-
-impl PlacedParts<'_> {
-    /// The transform of the parts as an instance. That of an object that moves is the one that moving it makes.
-    fn transform(&self) -> Option<Transform> {
-        let whole = Transform::new(self.scene_from_group)?;
-        match (self.placed.place.transform, self.object_from_group) {
-            (Some(place), ObjectFromGroup::Identity) if self.placed.moved => Some(place),
-            (Some(place), ObjectFromGroup::At(_)) if self.placed.moved => {
-                place.then_from(&Transform::new(self.model_from_group)?)
-            }
-            _ => Some(whole),
-        }
-    }
+    /// The first of the parts in the model, if they move.
+    moves: Option<usize>,
 }
 
 /// The space of added triangles.
@@ -201,12 +143,14 @@ pub(super) struct ModelPlacer<'a> {
     pub instancing: Instancing,
     pub warnings: &'a Warnings,
     pub memory: &'a MemoryBudget,
+    /// What may move so far.
+    pub movables: Movables,
 }
 
 impl ModelPlacer<'_> {
     /// Adds the model of each object.
     pub fn place(&mut self, placed: &[PlacedModel], loaded: &LoadedModels) -> Result<(), Vec<AssetError>> {
-        let LoadedModels { models, bounds } = loaded;
+        let LoadedModels { models, bounds, .. } = loaded;
         let mut errors = Vec::new();
         let mut uses: HashMap<*const Model, ModelUse> = HashMap::new();
         let pairs = placed.iter().zip(models);
@@ -220,7 +164,10 @@ impl ModelPlacer<'_> {
             }
             if placed.material.is_none() && model_use.first_material.is_none() {
                 // Objects of one model share its materials.
-                model_use.first_material = Some(self.add_materials(model));
+                let first_texture = TextureId(self.scene.texture_count() as u32);
+                let first = self.add_materials(model);
+                model_use.first_material = Some(first);
+                self.movables.looks.push((placed.object, first, first_texture));
             }
         }
         let mut plans: HashMap<*const Model, InstancingPlan> = HashMap::new();
@@ -299,6 +246,7 @@ impl ModelPlacer<'_> {
             model_from_group: plan.model_from_rest,
             object_from_group: object_from_rest,
             node: None,
+            moves: None,
         };
         let mut dropped = 0;
         if !rest.parts.is_empty() {
@@ -312,9 +260,11 @@ impl ModelPlacer<'_> {
                     ..part.clone()
                 };
                 let parts: Vec<MeshInstance> = model.instances[run.clone()].iter().map(in_group).collect();
+                let number = of_parts[run.start].map(|_| 0);
                 let own = PlacedParts {
                     parts: &parts,
-                    copies: &vec![Some(0); parts.len()],
+                    copies: &vec![number; parts.len()],
+                    moves: plan.movers[run.start].map(|_| run.start),
                     first_copy: first_copy + of_parts[run.start].unwrap_or(0),
                     scene_from_group: placed.place.of(&model_from_group),
                     model_from_group,
@@ -339,7 +289,7 @@ impl ModelPlacer<'_> {
             return Ok(());
         }
         let world_from_scene = DAffine3::from_translation(self.scene.origin());
-        for light in &model.lights {
+        for (number, light) in model.lights.iter().enumerate() {
             let place = world_from_scene * placed.place.of(&light.model_from_light);
             let Some(desc) = model_lights::describe(light, place) else {
                 continue;
@@ -348,6 +298,8 @@ impl ModelPlacer<'_> {
                 cause: problem.message,
                 path: placed.file.clone(),
             })?;
+            let id = LightId(self.scene.lights().len() as u32);
+            self.movables.lights.push((placed.object, number, id));
             match &placed.light_group {
                 Some(group) => self.scene.grouped_light(light, group),
                 None => self.scene.light(light),
@@ -423,11 +375,18 @@ impl ModelPlacer<'_> {
             let emission = self.scene.material_of(material).emission();
             emission.is_some_and(|e| e.reach == EmissionReach::Everything)
         };
-        let transform = copy.transform().filter(|t| t.magnification().0 <= MAX_MAGNIFICATION);
-        let (Some(group), Some(transform)) = (group.filter(|_| !copy.parts.iter().any(emits)), transform) else {
+        let transform = placed.transform(&copy.model_from_group, copy.object_from_group);
+        let emits = copy.parts.iter().any(emits);
+        let (Some(group), Some(transform)) = (group.filter(|_| !emits), transform) else {
             let mut dropped = 0;
-            for part in copy.parts.iter().zip(copy.copies) {
+            for (i, part) in copy.parts.iter().zip(copy.copies).enumerate() {
+                let mesh = MeshId(self.scene.mesh_count());
                 dropped += self.bake(copy, part, Space::World)?;
+                if let Some(first) = copy.moves.filter(|_| self.scene.mesh_count() > mesh.0) {
+                    let mirrors = MeshTransform::new(copy.scene_from_group).mirrors;
+                    let kept = Kept::Baked { mesh, mirrors, emits };
+                    self.movables.parts.push(MovedPart::new(placed.object, first + i, kept));
+                }
             }
             return Ok(dropped);
         };
@@ -437,8 +396,14 @@ impl ModelPlacer<'_> {
             None => {
                 let first_triangle = self.scene.geometry().triangles.len() as u32;
                 let first_vertex = self.scene.geometry().vertices.len() as u32;
-                for part in copy.parts.iter().zip(copy.copies) {
+                for (i, part) in copy.parts.iter().zip(copy.copies).enumerate() {
+                    let mesh = MeshId(self.scene.mesh_count());
                     dropped += self.bake(copy, part, Space::Group)?;
+                    if let Some(first) = copy.moves.filter(|_| self.scene.mesh_count() > mesh.0) {
+                        self.movables
+                            .parts
+                            .push(MovedPart::new(placed.object, first + i, Kept::InGroup(mesh)));
+                    }
                 }
                 *group.insert(self.scene.end_group(first_triangle, first_vertex))
             }
@@ -450,6 +415,13 @@ impl ModelPlacer<'_> {
             node: copy.node,
             first_copy: copy.first_copy,
         };
+        if let Some(first) = copy.moves {
+            let kept = Kept::Instance {
+                instance: InstanceId(self.scene.instance_count()),
+                within: copy.object_from_group,
+            };
+            self.movables.parts.push(MovedPart::new(placed.object, first, kept));
+        }
         self.take(SceneBuilder::INSTANCE_BYTES, placed)?;
         self.scene.place_group(id, transform, record);
         Ok(dropped)
@@ -488,6 +460,10 @@ impl ModelPlacer<'_> {
             copy: number.map(|number| first_copy + number),
         };
         let transform = MeshTransform::new(scene_from_group * part.model_from_mesh);
+        let transform = match copy.moves {
+            Some(_) => transform.keeping_all(),
+            None => transform,
+        };
         Ok(self.scene.transformed_mesh(&owner, mesh, &transform))
     }
 }

@@ -1,6 +1,6 @@
 //! Compilation of objects.
 
-use super::{compiler::Compiler, models::PlacedModel, place::ObjectPlace};
+use super::{compiler::Compiler, place::ObjectPlace, placed::PlacedModel};
 use crate::{
     assets::model::ModelChoice,
     describe::ObjectDesc,
@@ -34,7 +34,9 @@ impl Compiler<'_> {
                         variant: mesh.variant.clone(),
                         lights: mesh.lights,
                         light_units: mesh.light_units,
+                        animation: mesh.animation.clone(),
                     },
+                    playback: mesh.playback(),
                     material,
                     place,
                     visible: object.visible,

@@ -1,6 +1,9 @@
 //! Point clouds as spheres.
 
-use super::models::{ModelPlacer, ModelUse, PlacedModel};
+use super::{
+    models::{ModelPlacer, ModelUse},
+    placed::PlacedModel,
+};
 use crate::{
     assets::points::PointCloud,
     math::{DAffine3, Vec4},

@@ -125,7 +125,7 @@ impl Refresher {
 
 /// Whether a scene with `new` in place of `old` has the same arrays: what emits light is never an instance, and the images of
 /// opacities are decoded otherwise.
-fn are_alike(old: &Material, new: &Material) -> bool {
+pub(super) fn are_alike(old: &Material, new: &Material) -> bool {
     let reach = |material: &Material| material.emission().map(|Emission { reach, .. }| reach);
     reach(old) == reach(new) && old.opacity_texture() == new.opacity_texture()
 }

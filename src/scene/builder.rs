@@ -282,6 +282,16 @@ impl SceneBuilder {
         mesh.triangles.len() - (end - first_triangle) as usize
     }
 
+    /// The number of meshes so far.
+    pub(crate) fn mesh_count(&self) -> u32 {
+        self.meshes.len() as u32
+    }
+
+    /// The number of instances so far.
+    pub(crate) fn instance_count(&self) -> u32 {
+        self.instances.len() as u32
+    }
+
     /// Makes a group of all triangles and vertices from these indices on.
     pub(crate) fn end_group(&mut self, first_triangle: u32, first_vertex: u32) -> GroupId {
         self.geometry.groups.push(MeshGroup {

@@ -17,7 +17,8 @@ pub(crate) struct MeshTransform {
     world_from_mesh: DAffine3,
     /// The inverse transpose times the determinant's magnitude, which exists for singular maps too.
     normals: DMat3,
-    mirrors: bool,
+    pub mirrors: bool,
+    keeps_all: bool,
 }
 
 impl MeshTransform {
@@ -33,25 +34,35 @@ impl MeshTransform {
             world_from_mesh,
             normals: if mirrors { -cofactors } else { cofactors },
             mirrors,
+            keeps_all: false,
         }
     }
 
-    /// Appends the mesh's vertices to `vertices` and its triangles to `triangles`, except those without area. The front of a
-    /// triangle stays its front.
+    /// The same, which keeps triangles without area: those of meshes that move may have one at another time.
+    pub fn keeping_all(self) -> Self {
+        Self {
+            keeps_all: true,
+            ..self
+        }
+    }
+
+    /// Appends the mesh's vertices to `vertices` and its triangles to `triangles`, except those without area unless all are
+    /// kept. The front of a triangle stays its front.
     pub fn append(&self, mesh: &Mesh, vertices: &mut Vec<Vec3>, triangles: &mut Vec<[u32; 3]>) {
         let first = vertices.len() as u32;
-        vertices.par_extend(self.points(mesh));
+        vertices.par_extend(self.points(&mesh.positions));
         let vertices = &vertices[..];
         triangles.par_extend(mesh.triangles.par_iter().with_min_len(PAR_MIN_LEN).filter_map(|t| {
             let [a, b, c] = t.map(|v| v + first);
             let corners = [a, b, c].map(|v| vertices[v as usize]);
-            has_area(corners).then_some(if self.mirrors { [a, c, b] } else { [a, b, c] })
+            (self.keeps_all || has_area(corners)).then_some(if self.mirrors { [a, c, b] } else { [a, b, c] })
         }));
     }
 
-    fn points<'a>(&'a self, mesh: &'a Mesh) -> impl IndexedParallelIterator<Item = Vec3> + 'a {
+    /// Transforms the positions of vertices.
+    pub fn points<'a>(&'a self, positions: &'a [Vec3]) -> impl IndexedParallelIterator<Item = Vec3> + 'a {
         let is_identity = self.world_from_mesh == DAffine3::IDENTITY;
-        mesh.positions.par_iter().with_min_len(PAR_MIN_LEN).map(move |p| {
+        positions.par_iter().with_min_len(PAR_MIN_LEN).map(move |p| {
             if is_identity {
                 *p
             } else {

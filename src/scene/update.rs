@@ -14,14 +14,14 @@ use super::{Lights, ObjectFromGroup, ObjectId, Scene, ShadingUpdate, builder::Gr
 use crate::{
     accel::UpdateReport,
     geometry::{BuildError, Edit, InstanceId},
-    math::{Transform, Vec3},
+    math::{Transform, Vec3, Vec4},
 };
 
 /// An index into [`SceneGeometry::meshes`](super::SceneGeometry::meshes).
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct MeshId(pub u32);
 
-/// New vertex positions and normals of a mesh.
+/// New vertex positions, normals and tangents of a mesh.
 #[derive(Clone, Debug)]
 pub struct MeshPose {
     pub mesh: MeshId,
@@ -29,6 +29,8 @@ pub struct MeshPose {
     pub positions: Vec<Vec3>,
     /// Unit shading normals in the same space, one for each vertex; empty if the mesh has none.
     pub normals: Vec<Vec3>,
+    /// Tangents in the same space, one for each vertex; empty if the mesh has none.
+    pub tangents: Vec<Vec4>,
 }
 
 /// The changes for a frame.
@@ -36,6 +38,10 @@ pub struct MeshPose {
 pub struct SceneUpdate {
     /// The new transforms of objects, for all of their shapes and instances, into the space around [`Scene::origin`].
     pub transforms: Vec<(ObjectId, Transform)>,
+    /// The new transforms of single instances into the same space.
+    pub instances: Vec<(InstanceId, Transform)>,
+    /// The new transforms of groups into the spaces of their objects, by the numbers of [`ObjectFromGroup::At`].
+    pub places: Vec<(u32, Transform)>,
     pub poses: Vec<MeshPose>,
 }
 
@@ -53,6 +59,8 @@ pub enum SceneUpdateError {
         found: usize,
         what: &'static str,
     },
+    #[error("no group has the place {0}")]
+    NoSuchPlace(u32),
     #[error("what would change is shared with another scene")]
     Shared,
     #[error("the shading has {found} materials, and the geometry uses {expected}")]
@@ -75,6 +83,7 @@ impl Scene {
     /// The update does not fit the scene, or the geometry is shared with another scene ([`Scene::with_shading`]).
     pub fn apply(&mut self, update: &SceneUpdate) -> Result<UpdateReport, SceneUpdateError> {
         let (edit, detached) = self.edit(update)?;
+        let moves_lights = self.moves_emitters(update);
         let geometry = Arc::get_mut(&mut self.geometry).ok_or(SceneUpdateError::Shared)?;
         let updated = geometry.accel.update(&edit)?;
         for (instance, object_from_group) in detached {
@@ -82,11 +91,18 @@ impl Scene {
             geometry.object_transforms.push(object_from_group);
             geometry.instances[instance].object_from_group = ObjectFromGroup::At(place);
         }
-        geometry.contacts = Contacts::new(geometry.accel.geometry());
-        for pose in &update.poses {
-            geometry.meshes[pose.mesh.0 as usize].normals.clone_from(&pose.normals);
+        for (place, transform) in &update.places {
+            geometry.object_transforms[*place as usize] = *transform;
         }
-        if self.lights.emitters().count() > 0 {
+        if !edit.shapes.is_empty() {
+            geometry.contacts = Contacts::new(geometry.accel.geometry());
+        }
+        for pose in &update.poses {
+            let mesh = &mut geometry.meshes[pose.mesh.0 as usize];
+            mesh.normals.clone_from(&pose.normals);
+            mesh.tangents.clone_from(&pose.tangents);
+        }
+        if moves_lights {
             self.lights = Lights::new(&self.geometry, &self.shading);
         }
         Ok(updated)
@@ -111,6 +127,18 @@ impl Scene {
             self.lights = Lights::new(&self.geometry, &self.shading);
         }
         Ok(())
+    }
+
+    /// Whether an update moves a surface that emits. Those of instances are no lights.
+    fn moves_emitters(&self, update: &SceneUpdate) -> bool {
+        let emits = |material| self.material(material).emission().is_some();
+        let geometry = &self.geometry;
+        let moved = update.transforms.iter().map(|(object, _)| *object);
+        let is_of = |object: ObjectId| geometry.shape_objects.contains(&object);
+        let shapes = moved.filter(|object| emits(geometry.objects[object.0 as usize].material));
+        let meshes = update.poses.iter().map(|pose| &geometry.meshes[pose.mesh.0 as usize]);
+        self.lights.emitters().count() > 0
+            && (shapes.into_iter().any(is_of) || meshes.into_iter().any(|mesh| emits(mesh.material)))
     }
 
     /// Returns the change of the geometry, and the instances whose object's space is no longer world space, with the transform
@@ -152,6 +180,12 @@ impl Scene {
             };
             edit.instances.push((instance, transform));
         }
+        edit.instances.extend(&update.instances);
+        if let Some((place, _)) =
+            (update.places.iter()).find(|(p, _)| *p as usize >= self.geometry.object_transforms.len())
+        {
+            return Err(SceneUpdateError::NoSuchPlace(*place));
+        }
         match update.transforms.iter().find(|(object, _)| !moved[&object.0].1) {
             Some((object, _)) => Err(SceneUpdateError::NotMovable(*object)),
             None => Ok((edit, detached)),
@@ -163,10 +197,11 @@ impl Scene {
         let mesh = self.geometry.meshes.get(pose.mesh.0 as usize);
         let mesh = mesh.ok_or(SceneUpdateError::NoSuchMesh(pose.mesh))?;
         let vertices = mesh.vertices.len();
-        let normals = if mesh.normals.is_empty() { 0 } else { vertices };
+        let of = |is_empty: bool| if is_empty { 0 } else { vertices };
         let lengths = [
             ("positions", pose.positions.len(), vertices),
-            ("normals", pose.normals.len(), normals),
+            ("normals", pose.normals.len(), of(mesh.normals.is_empty())),
+            ("tangents", pose.tangents.len(), of(mesh.tangents.is_empty())),
         ];
         match lengths.into_iter().find(|(_, found, wanted)| found != wanted) {
             Some((what, found, _)) => Err(SceneUpdateError::WrongLength {

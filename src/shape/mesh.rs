@@ -7,6 +7,10 @@
 //! | `variant` | name of a material variant of a glTF file | | the file's default materials |
 //! | `lights` | `true` or `false`: whether the lights of a glTF file shine | | `false`, with a warning |
 //! | `light_units` | unit of these lights: `"auto"`, `"photometric"` or `"unitless"` | | `"auto"` |
+//! | `animation` | name of an animation of a glTF file, a list of names, or `"all"`: those that are played | | none, with a warning |
+//! | `start` | number: the time at which they begin | s | 0 |
+//! | `speed` | number: seconds of the animation in a second; below 0 they run backwards from their last key | | 1 |
+//! | `repeat` | `true`, `false`, or how often they are played, a whole number above 0 | | `false` |
 //! | `radius` | number above 0: the radius of the points of a PLY file without faces | m | their mean distance to the nearest one |
 //!
 //! ```toml
@@ -49,6 +53,10 @@
 //! Where the exporter of Blender was told to write other lighting than `Standard`, choose `"unitless"`. Between the cones of a
 //! spot light falls by a smoothstep over the cosine, as in three.js; the soft edge of a spot of Blender is as wide as in Cycles.
 //!
+//! **Animations of glTF files** are played as frames go by: frame n is at n divided by the frame rate, in s, as Blender exports it. Before `start`
+//! and after the last key the pose is held. An animation without a name has its number in the file, from 0; one whose name another one has
+//! already is `Walk#2`. Animations that move the same thing cannot be played together. See [animation](../../animation.md).
+//!
 //! The loader reads these statements of MTL files:
 //!
 //! | statement | becomes |
@@ -73,6 +81,8 @@
 //!
 //! Meshes are indexed arrays, which the loaders fill and from which a scene is compiled.
 
+mod playback;
+
 use serde::Deserialize;
 use thiserror::Error;
 
@@ -92,16 +102,33 @@ pub struct MeshDesc {
     pub lights: Option<bool>,
     #[serde(default)]
     pub light_units: LightUnits,
+    /// The animations that are played; without it none are, and a warning says so.
+    pub animation: Option<AnimationChoice>,
+    pub start: Option<Precise>,
+    pub speed: Option<Precise>,
+    #[serde(default)]
+    pub repeat: Repeat,
     /// The radius of points, in the space of the model.
     pub radius: Option<Positive>,
 }
 
 impl MeshDesc {
+    /// When its animations are played.
+    pub fn playback(&self) -> Playback {
+        Playback {
+            start: self.start.map_or(0.0, |v| v.0),
+            speed: self.speed.map_or(1.0, |v| v.0),
+            repeat: self.repeat,
+        }
+    }
+
     /// Returns `None`: the file tells where a mesh is.
     pub fn anchor(&self) -> Option<DVec3> {
         None
     }
 }
+
+pub use playback::{AnimationChoice, Playback, Precise, Repeat};
 
 /// The scene of a file that has several.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Deserialize)]

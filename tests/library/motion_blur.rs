@@ -83,7 +83,7 @@ impl MovingScene for Moving<'_> {
         };
         let update = SceneUpdate {
             transforms: (self.motion)(time),
-            poses: Vec::new(),
+            ..SceneUpdate::default()
         };
         self.scene.apply(&update).expect("everything that moves can be moved");
         Ok(&self.scene)

@@ -315,7 +315,7 @@ fn a_scene_in_motion_is_the_scene_that_is_built_for_the_frame() {
     let is_moved = |i: u32| i == 17 || i == 1000;
     let motion = SceneUpdate {
         transforms: [17, 1000].map(|i| (objects[i], place(5000 + i as u32))).to_vec(),
-        poses: Vec::new(),
+        ..SceneUpdate::default()
     };
     let updated = moving.apply(&motion).expect("sound");
     assert_eq!((updated.built, updated.refitted), (vec![TreeId::Top], vec![]));
@@ -337,12 +337,13 @@ fn a_scene_in_motion_is_the_scene_that_is_built_for_the_frame() {
     }
     bent.normals = bent.smooth_normals();
     let motion = SceneUpdate {
-        transforms: Vec::new(),
         poses: vec![MeshPose {
             mesh,
             positions: bent.positions.clone(),
             normals: bent.normals.clone(),
+            tangents: Vec::new(),
         }],
+        ..SceneUpdate::default()
     };
     let updated = moving.apply(&motion).expect("sound");
     assert_eq!(
@@ -362,7 +363,7 @@ fn objects_of_many_instances_move_as_one() {
     let object = ObjectId(0);
     let motion = SceneUpdate {
         transforms: vec![(object, t)],
-        poses: Vec::new(),
+        ..SceneUpdate::default()
     };
     let updated = moving.apply(&motion).expect("sound");
     assert_eq!(updated.built, [TreeId::Top]);
@@ -423,15 +424,22 @@ fn another_shading_builds_no_tree() {
 #[test]
 fn what_cannot_be_moved_says_so() {
     let (mut scene, _, _) = balls(3, ball(4), place);
-    let mut refused = |transforms, poses| scene.apply(&SceneUpdate { transforms, poses }).expect_err("refused");
+    let mut refused = |transforms, poses| {
+        let update = SceneUpdate {
+            transforms,
+            poses,
+            ..SceneUpdate::default()
+        };
+        scene.apply(&update).expect_err("refused")
+    };
     let baked = refused(vec![(ObjectId(0), place(1))], vec![]);
     assert_eq!(baked, SceneUpdateError::NotMovable(ObjectId(0)));
     let pose = |mesh, positions: Vec<Vec3>| {
-        let normals = Vec::new();
         vec![MeshPose {
             mesh,
             positions,
-            normals,
+            normals: Vec::new(),
+            tangents: Vec::new(),
         }]
     };
     assert_eq!(

@@ -223,6 +223,16 @@ impl Document<'_> {
         })
     }
 
+    /// The numbers of all elements of an accessor of `width` numbers an element, in a row.
+    pub fn numbers(&self, index: usize, width: usize) -> Result<Vec<f32>, GltfProblem> {
+        Ok(match width {
+            4 => self.floats::<4>(index)?.into_flattened(),
+            3 => self.floats::<3>(index)?.into_flattened(),
+            2 => self.floats::<2>(index)?.into_flattened(),
+            _ => self.floats::<1>(index)?.into_flattened(),
+        })
+    }
+
     /// An accessor of vertex numbers.
     pub fn indices(&self, index: usize) -> Result<Vec<u32>, GltfProblem> {
         let accessor = get(&self.root.accessors, index, "accessor")?;

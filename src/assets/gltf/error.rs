@@ -24,7 +24,7 @@ pub enum GltfError {
     #[error("broken model: {cause}: {}", path.display())]
     Broken { cause: String, path: PathBuf },
     #[error("{cause}: {}", path.display())]
-    UnknownVariant { cause: UnknownName, path: PathBuf },
+    UnknownName { cause: UnknownName, path: PathBuf },
     #[error("unsupported model: {what}: {}", path.display())]
     Unsupported { what: String, path: PathBuf },
 }
@@ -41,7 +41,7 @@ pub(super) enum GltfProblem {
     #[error("{0}")]
     Broken(String),
     #[error("{0}")]
-    UnknownVariant(UnknownName),
+    UnknownName(UnknownName),
     #[error("{0}")]
     Unsupported(String),
     #[error("{source}")]
@@ -74,7 +74,7 @@ impl GltfProblem {
         let path = path.to_owned();
         match self {
             Self::Broken(cause) => GltfError::Broken { cause, path },
-            Self::UnknownVariant(cause) => GltfError::UnknownVariant { cause, path },
+            Self::UnknownName(cause) => GltfError::UnknownName { cause, path },
             Self::Unsupported(what) => GltfError::Unsupported { what, path },
             Self::Missing { source, file } => GltfError::Missing { source, file, path },
         }

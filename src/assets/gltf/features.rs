@@ -2,16 +2,17 @@
 
 use ::gltf::json::Value;
 
-use crate::assets::model::{Model, ModelChoice, Treatment};
+use crate::assets::model::{ANIMATIONS, Model, ModelChoice, Treatment};
 
 /// The extension with the lights of nodes.
 pub(super) const LIGHTS: &str = "KHR_lights_punctual";
 
 /// The known extensions, which files may require. Unknown ones that a file only uses are reported.
-const EXTENSIONS: [(&str, Treatment); 24] = [
+const EXTENSIONS: [(&str, Treatment); 25] = [
     ("EXT_mesh_gpu_instancing", Treatment::Rendered),
     ("EXT_texture_webp", Treatment::Rendered),
     (LIGHTS, Treatment::Rendered),
+    ("KHR_animation_pointer", Treatment::Rendered),
     ("KHR_materials_anisotropy", Treatment::Rendered),
     ("KHR_materials_clearcoat", Treatment::Rendered),
     ("KHR_materials_diffuse_transmission", Treatment::Rendered),
@@ -46,7 +47,11 @@ pub(super) fn treatment(extension: &str) -> Option<Treatment> {
 
 /// Adds the document's features to `model`.
 pub(super) fn collect(document: &Value, choice: &ModelChoice, model: &mut Model) {
-    all(document, model);
+    let animations = match &choice.animation {
+        None => Treatment::Without("the rest pose is shown"),
+        Some(_) => Treatment::Rendered,
+    };
+    all(document, animations, model);
     let lights = match choice.lights {
         Some(true) => return,
         Some(false) => Treatment::Unneeded("`lights = false`"),
@@ -57,11 +62,11 @@ pub(super) fn collect(document: &Value, choice: &ModelChoice, model: &mut Model)
     }
 }
 
-fn all(document: &Value, model: &mut Model) {
+fn all(document: &Value, animations: Treatment, model: &mut Model) {
     extensions(document, "file", model);
     let count = |key: &str| document.get(key).and_then(Value::as_array).map_or(0, Vec::len);
     for _ in 0..count("animations") {
-        model.add_feature("animations", "animation", Treatment::Without("the rest pose is shown"));
+        model.add_feature(ANIMATIONS, "animation", animations);
     }
     for _ in 0..count("skins") {
         model.add_feature("skins", "skin", Treatment::Rendered);

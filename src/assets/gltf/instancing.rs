@@ -3,6 +3,7 @@
 use glam::{DAffine3, DQuat, DVec3};
 
 use super::{document::Document, error::GltfProblem, json::index};
+use crate::math::keys::normalized;
 
 /// The transforms of the copies of a node's mesh, relative to the node; the identity alone without the extension.
 pub(super) fn copies(document: &Document<'_>, node: usize) -> Result<Vec<DAffine3>, GltfProblem> {
@@ -37,7 +38,7 @@ pub(super) fn copies(document: &Document<'_>, node: usize) -> Result<Vec<DAffine
     let copy = |i: usize| {
         let rotation = rotations
             .as_ref()
-            .map_or(DQuat::IDENTITY, |r| rotation(r[i].map(f64::from)));
+            .map_or(DQuat::IDENTITY, |r| normalized(DQuat::from_array(r[i].map(f64::from))));
         DAffine3::from_scale_rotation_translation(
             scales.as_ref().map_or(DVec3::ONE, |s| s[i]),
             rotation,
@@ -50,16 +51,5 @@ pub(super) fn copies(document: &Document<'_>, node: usize) -> Result<Vec<DAffine
             "instance {i} of node {node} is infinitely large or far away"
         ))),
         None => Ok(copies),
-    }
-}
-
-/// The rotation of a quaternion that need not be unit; none where it has no axis.
-pub(super) fn rotation(q: [f64; 4]) -> DQuat {
-    let rotation = DQuat::from_array(q);
-    let length = rotation.length();
-    if length > 0.0 && length.is_finite() {
-        rotation / length
-    } else {
-        DQuat::IDENTITY
     }
 }

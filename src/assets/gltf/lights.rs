@@ -9,13 +9,15 @@ use super::{
     features::LIGHTS,
 };
 use crate::{
-    assets::model::{LightUnits, ModelLight, ModelLightKind},
-    math::Rgb,
+    assets::{
+        model::LightUnits,
+        motion::{LightParameters, LightShape},
+    },
     value::one_line,
 };
 
 /// The lumens that Blender's exporter writes for a watt: the luminous efficacy of green light.
-const LUMENS_PER_WATT: f64 = 683.0;
+const LUMENS_PER_WATT: u32 = 683;
 
 /// The program that Blender's exporter says it is.
 const BLENDER: &str = "Khronos glTF Blender I/O";
@@ -42,18 +44,18 @@ impl<'a> Lights<'a> {
     }
 
     /// The number by which intensities and irradiances are divided.
-    fn divisor(&self) -> f64 {
+    pub fn divisor(&self) -> u32 {
         match self.units {
             LightUnits::Photometric => LUMENS_PER_WATT,
             LightUnits::Auto if self.is_of_blender() => LUMENS_PER_WATT,
-            LightUnits::Auto | LightUnits::Unitless => 1.0,
+            LightUnits::Auto | LightUnits::Unitless => 1,
         }
     }
 
     /// The treatment of the lights, in a sentence.
     pub fn treatment(&self) -> String {
         let done = match self.divisor() {
-            1.0 => "its lights are taken as they are".to_owned(),
+            1 => "its lights are taken as they are".to_owned(),
             divisor => format!("its lights are divided by {divisor} lm/W"),
         };
         let units = self.units.name();
@@ -61,8 +63,8 @@ impl<'a> Lights<'a> {
         format!("{done} (light units `{units}`; the file was written by `{generator}`)")
     }
 
-    /// The light that a node carries.
-    pub fn of_node(&self, node: usize, place: DAffine3) -> Result<Option<ModelLight>, GltfProblem> {
+    /// The number of the light that a node carries, and its parameters.
+    pub fn of_node(&self, node: usize) -> Result<Option<(usize, LightParameters)>, GltfProblem> {
         fn extension(value: &Value) -> Option<&Value> {
             value.get("extensions").and_then(|e| e.get(LIGHTS))
         }
@@ -72,39 +74,34 @@ impl<'a> Lights<'a> {
         };
         let lights = extension(self.raw).and_then(|e| e.get("lights").and_then(Value::as_array));
         let lights = lights.map_or(&[][..], Vec::as_slice);
-        let light = get(lights, usize::try_from(index).unwrap_or(usize::MAX), "light")?;
-        let intensity = number(light, "intensity", 1.0).max(0.0) / self.divisor();
+        let index = usize::try_from(index).unwrap_or(usize::MAX);
+        let light = get(lights, index, "light")?;
         let channel = |i: usize| light.get("color").and_then(|c| c.get(i)).and_then(Value::as_f64);
-        let color = [0, 1, 2].map(|i| (channel(i).unwrap_or(1.0).max(0.0) * intensity) as f32);
         let kind = match light.get("type").and_then(Value::as_str) {
-            Some("point") => ModelLightKind::Point,
-            Some("directional") => ModelLightKind::Sun,
+            Some("point") => LightShape::Point,
+            Some("directional") => LightShape::Sun,
             Some("spot") => self.spot(light.get("spot").unwrap_or(&Value::Null)),
             // The faults of the file tell it.
             _ => return Ok(None),
         };
-        if !color.iter().all(|c| c.is_finite()) {
+        let light = LightParameters {
+            kind,
+            color: [0, 1, 2].map(|i| channel(i).unwrap_or(1.0)),
+            intensity: number(light, "intensity", 1.0) / f64::from(self.divisor()),
+        };
+        let strength = light.light(DAffine3::IDENTITY).strength;
+        if !strength.to_array().iter().all(|c| c.is_finite()) {
             return Err(GltfProblem::broken(format!("light {index} is infinitely bright")));
         }
-        Ok(Some(ModelLight {
-            model_from_light: place,
-            strength: Rgb::from_array(color),
-            kind,
-        }))
+        Ok(Some((index, light)))
     }
 
-    fn spot(&self, spot: &Value) -> ModelLightKind {
-        let outer = number(spot, "outerConeAngle", std::f64::consts::FRAC_PI_4);
-        let outer = outer.clamp(1e-4, std::f64::consts::FRAC_PI_2);
-        let inner = number(spot, "innerConeAngle", 0.0).clamp(0.0, outer);
-        let inner = if self.is_of_blender() {
-            // Blender's blend is 1 - inner / outer, which Cycles takes as a part of the cosine.
-            let cos = libm::cos(outer);
-            libm::acos((cos + (1.0 - cos) * (1.0 - inner / outer)).min(1.0))
-        } else {
-            inner
-        };
-        ModelLightKind::Spot { inner, outer }
+    fn spot(&self, spot: &Value) -> LightShape {
+        LightShape::Spot {
+            inner: number(spot, "innerConeAngle", 0.0),
+            outer: number(spot, "outerConeAngle", std::f64::consts::FRAC_PI_4),
+            is_of_blender: self.is_of_blender(),
+        }
     }
 }
 

@@ -13,7 +13,10 @@ use super::{
     textures::{ModelImages, UvSets, uv_set},
 };
 use crate::{
-    assets::model::{Model, ModelMaterial, Treatment, UvSet},
+    assets::{
+        model::{Model, ModelMaterial, Treatment, UvSet},
+        motion::MaterialMotion,
+    },
     bsdf::layered::Boundary,
     material::{
         Sidedness, TangentNormals, medium,
@@ -233,8 +236,7 @@ impl Reader<'_, '_> {
         if let Some(volume) = extensions.get("KHR_materials_volume") {
             if number(volume, "thicknessFactor", 0.0) > 0.0 {
                 surface.boundary = Boundary::Solid;
-                let distance = number(volume, "attenuationDistance", f32::INFINITY);
-                let color = Rgb::from_array(numbers(volume, "attenuationColor", [1.0; 3]));
+                let (color, distance) = attenuation(volume);
                 if distance > 0.0 && distance.is_finite() {
                     surface.absorption = medium::absorption(color, distance);
                 }
@@ -285,6 +287,12 @@ impl Reader<'_, '_> {
     }
 }
 
+/// The colour of white light in a volume after a distance, in m.
+fn attenuation(volume: &Value) -> (Rgb, f32) {
+    let distance = number(volume, "attenuationDistance", f32::INFINITY);
+    (Rgb::from_array(numbers(volume, "attenuationColor", [1.0; 3])), distance)
+}
+
 /// The opacity of a base colour.
 fn opacity(base_color: &Color, alpha: f32) -> Scalar {
     match base_color {
@@ -297,6 +305,29 @@ impl ModelMaterials {
     /// The indices of the document's images that materials use.
     pub fn used_images(&self) -> Vec<usize> {
         self.images.used()
+    }
+
+    /// The motion of those of these materials that are used, and the place of each by its number.
+    pub fn motions(
+        &self,
+        document: &Document<'_>,
+        moved: impl IntoIterator<Item = usize>,
+        model: &Model,
+    ) -> (Vec<MaterialMotion>, HashMap<usize, usize>) {
+        let (mut motions, mut places) = (Vec::new(), HashMap::new());
+        for number in moved {
+            let Some(&material) = self.materials.get(&Some(number)) else {
+                continue;
+            };
+            let volume = &document.raw["materials"][number]["extensions"]["KHR_materials_volume"];
+            places.insert(number, motions.len());
+            motions.push(MaterialMotion {
+                material,
+                surface: model.materials[material].surface,
+                attenuation: attenuation(volume),
+            });
+        }
+        (motions, places)
     }
 
     /// Adds a material to `model`; returns its index. `has_colors` tells whether its mesh has vertex colours.

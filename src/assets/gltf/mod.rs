@@ -1,6 +1,6 @@
 //! glTF 2.0 assets, as JSON with its files or as a GLB.
 //!
-//! The loader reads triangles with all vertex attributes, skins and morph targets in the rest pose, materials with their
+//! The loader reads triangles with all vertex attributes, skins and morph targets, animations, materials with their
 //! extensions, cameras and lights. All features of a file are reported as [`ModelFeature`](super::model::ModelFeature)s. A file
 //! that requires an unknown extension is refused. Files are untrusted: every index, offset and length is checked before use,
 //! nodes form a tree, files are beside the asset, and memory is proportional to the file.
@@ -8,6 +8,7 @@
 //! Source: Khronos, "glTF 2.0 Specification", version 2.0.1, 2021.
 
 mod accessor;
+mod animations;
 mod cameras;
 mod container;
 mod document;
@@ -18,22 +19,26 @@ mod json;
 mod lights;
 mod lint;
 mod materials;
+mod moving;
 mod nodes;
 mod pose;
 mod primitive;
 mod textures;
 mod variants;
 
-use std::path::Path;
+use std::{path::Path, sync::Arc};
 
 use super::{
     Files,
     model::{MeshInstance, Model, ModelCamera, ModelChoice, Treatment},
     model_format::{ModelError, ModelFormat},
+    motion::{Carried, Motion, PartMotion},
 };
 use document::{Document, get};
 use error::GltfProblem;
 use glam::DAffine3;
+use moving::Moving;
+use nodes::PlacedNode;
 use pose::{Pose, PrimitiveUse};
 use variants::Variants;
 
@@ -92,8 +97,20 @@ fn read(bytes: &[u8], path: &Path, choice: &ModelChoice, files: &Files) -> Resul
         model.add_feature("scenes", "file", how);
     }
     let lights = lights::Lights::new(&document, choice.light_units);
-    let pose = Pose::new(&document, &placed);
-    for &(index, place) in &placed {
+    let played = animations::read(&document, choice.animation.as_ref(), lights.divisor(), &mut model)?;
+    animations::check(&document, &played)?;
+    let moving = Moving::new(&placed, &played);
+    let pose = Pose::new(&document, &placed, &moving);
+    let mut motion = Motion::default();
+    for (
+        at,
+        &PlacedNode {
+            index,
+            model_from_node: place,
+            ..
+        },
+    ) in placed.iter().enumerate()
+    {
         if !hierarchy.is_visible(&document, index) {
             continue;
         }
@@ -118,6 +135,13 @@ fn read(bytes: &[u8], path: &Path, choice: &ModelChoice, files: &Files) -> Resul
                 };
                 let material = materials.place(&document, material, mesh.has_colors, path, &mut model)?;
                 for copy in &copies {
+                    if moving.moves(at) && !mesh.is_skinned {
+                        motion.parts.push(PartMotion {
+                            part: model.instances.len(),
+                            node: at,
+                            node_from_mesh: *copy,
+                        });
+                    }
                     // Many nodes may share a mesh of many primitives.
                     document.reserve(size_of::<MeshInstance>() as u64)?;
                     model.instances.push(MeshInstance {
@@ -136,18 +160,44 @@ fn read(bytes: &[u8], path: &Path, choice: &ModelChoice, files: &Files) -> Resul
         if let Some(camera) = node.camera {
             let camera = get(&root.cameras, camera.value(), "camera")?;
             match cameras::view(camera) {
-                Some(view) => model.cameras.push(ModelCamera {
-                    name: node.name.clone().or(camera.name.clone()).unwrap_or_default(),
-                    model_from_camera: place,
-                    view,
-                }),
+                Some(view) => {
+                    let at_rest = ModelCamera {
+                        name: node.name.clone().or(camera.name.clone()).unwrap_or_default(),
+                        model_from_camera: place,
+                        view,
+                    };
+                    model.cameras.push(at_rest.clone());
+                    motion.cameras.push(Carried {
+                        node: at,
+                        source: node.camera.map_or(0, |camera| camera.value()),
+                        at_rest,
+                    });
+                }
                 None => model.add_feature("invalid numbers", "camera", Treatment::Without("it is left out")),
             }
         }
-        model.lights.extend(lights.of_node(index, place)?);
+        if let Some((source, at_rest)) = lights.of_node(index)? {
+            model.lights.push(at_rest.light(place));
+            motion.lights.push(Carried {
+                node: at,
+                source,
+                at_rest,
+            });
+        }
     }
     if choice.lights == Some(true) && !model.lights.is_empty() {
         tracing::info!("{}: {}", path.display(), lights.treatment());
+    }
+    if !played.is_empty() {
+        let (motions, places) = materials.motions(&document, animations::materials(&played), &model);
+        motion.materials = motions;
+        motion.meshes = meshes.motions;
+        motion.nodes = moving.nodes(&document, &placed, &played);
+        motion.skins = pose.into_skins();
+        motion.clips = (played.into_iter())
+            .map(|clip| clip.shown(|moved| moving.target(moved, &places)))
+            .collect();
+        model.motion = Some(Arc::new(motion));
     }
     model.meshes = meshes.meshes;
     model.faults.extend(meshes.repairs.faults());

@@ -1,18 +1,32 @@
 //! Nodes: the tree is checked, then walked without recursion.
 
 use ::gltf::json::{Value, scene::Node};
-use glam::{DAffine3, DMat4, DVec3};
+use glam::{DAffine3, DMat4, DQuat, DVec3};
 
 use super::{
     document::{Document, get},
     error::GltfProblem,
-    instancing::rotation,
     json::doubles,
 };
 use crate::{
-    assets::model::{ModelNode, SceneChoice},
+    assets::{
+        model::{ModelNode, SceneChoice},
+        motion::Trs,
+    },
+    math::keys,
     value::one_line,
 };
+
+/// A node of the shown scene.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct PlacedNode {
+    /// Its number in the document.
+    pub index: usize,
+    /// The place of its parent among the placed nodes.
+    pub parent: Option<usize>,
+    pub parent_from_node: DAffine3,
+    pub model_from_node: DAffine3,
+}
 
 /// The nodes of a document and the parent of each.
 pub(super) struct Hierarchy<'a> {
@@ -45,31 +59,34 @@ impl<'a> Hierarchy<'a> {
         })
     }
 
-    /// The nodes of the document's scene with their transforms to the world, parents first.
-    pub fn placed(
-        &self,
-        document: &Document<'_>,
-        scene: Option<&SceneChoice>,
-    ) -> Result<Vec<(usize, DAffine3)>, GltfProblem> {
-        let mut stack: Vec<(usize, DAffine3)> = Vec::new();
+    /// The nodes of the document's scene, parents first.
+    pub fn placed(&self, document: &Document<'_>, scene: Option<&SceneChoice>) -> Result<Vec<PlacedNode>, GltfProblem> {
+        let mut stack: Vec<(usize, Option<usize>)> = Vec::new();
         let roots = roots(document, scene, &self.parents)?;
-        stack.extend(roots.into_iter().rev().map(|i| (i, DAffine3::IDENTITY)));
+        stack.extend(roots.into_iter().rev().map(|i| (i, None)));
         let mut seen = vec![false; self.nodes.len()];
-        let mut out = Vec::new();
-        while let Some((index, world_from_parent)) = stack.pop() {
+        let mut out: Vec<PlacedNode> = Vec::new();
+        while let Some((index, parent)) = stack.pop() {
             // A scene may name a node twice, or a node and its parent.
             if std::mem::replace(&mut seen[index], true) {
                 continue;
             }
-            let world = world_from_parent * local(&document.raw["nodes"][index], index)?;
-            if !world.is_finite() {
+            let model_from_parent = parent.map_or(DAffine3::IDENTITY, |parent| out[parent].model_from_node);
+            let parent_from_node = local(&document.raw["nodes"][index], index)?;
+            let model_from_node = model_from_parent * parent_from_node;
+            if !model_from_node.is_finite() {
                 return Err(GltfProblem::broken(format!(
                     "node {index} is infinitely large or far away"
                 )));
             }
-            out.push((index, world));
             let children = self.nodes[index].children.iter().flatten();
-            stack.extend(children.rev().map(|c| (c.value(), world)));
+            stack.extend(children.rev().map(|c| (c.value(), Some(out.len()))));
+            out.push(PlacedNode {
+                index,
+                parent,
+                parent_from_node,
+                model_from_node,
+            });
         }
         Ok(out)
     }
@@ -145,11 +162,25 @@ fn local(node: &Value, index: usize) -> Result<DAffine3, GltfProblem> {
         }
         return Ok(DAffine3::from_mat4(m));
     }
+    Ok(parts(node).affine())
+}
+
+/// The parts of the transform of a node, of a matrix those that it is made of.
+pub(super) fn parts(node: &Value) -> Trs {
+    if node.get("matrix").is_some() {
+        let m = DMat4::from_cols_array(&doubles(node, "matrix", DMat4::IDENTITY.to_cols_array()));
+        let (scale, rotation, translation) = m.to_scale_rotation_translation();
+        return Trs {
+            translation,
+            rotation: keys::normalized(rotation),
+            scale,
+        };
+    }
     // Exporters round.
-    let rotation = rotation(doubles(node, "rotation", [0.0, 0.0, 0.0, 1.0]));
-    Ok(DAffine3::from_scale_rotation_translation(
-        DVec3::from_array(doubles(node, "scale", [1.0; 3])),
-        rotation,
-        DVec3::from_array(doubles(node, "translation", [0.0; 3])),
-    ))
+    let rotation = DQuat::from_array(doubles(node, "rotation", [0.0, 0.0, 0.0, 1.0]));
+    Trs {
+        translation: DVec3::from_array(doubles(node, "translation", [0.0; 3])),
+        rotation: keys::normalized(rotation),
+        scale: DVec3::from_array(doubles(node, "scale", [1.0; 3])),
+    }
 }

@@ -1,22 +1,31 @@
-//! The rest pose of a document's meshes: skins with the joints of the nodes, and morph targets with their weights.
+//! What deforms a document's meshes: skins and morph targets.
 //!
 //! Source: Khronos, "glTF 2.0 Specification", sections 3.7.2.2 and 3.7.3.
 
-use std::{cell::OnceCell, collections::HashMap};
+use std::cell::OnceCell;
 
 use ::gltf::json::{
-    mesh::{MorphTarget, Primitive, Semantic},
+    mesh::{MorphTarget as TargetAccessors, Primitive, Semantic},
     scene::Node,
     validation::Checked,
 };
-use glam::{DAffine3, DMat3, DVec3};
+use glam::DAffine3;
 
 use super::{
     document::{Document, get},
     error::GltfProblem,
+    moving::Moving,
+    nodes::PlacedNode,
     textures::UvSets,
 };
-use crate::{assets::model::UvSet, math::Vec3, shape::mesh::Mesh};
+use crate::{
+    assets::{
+        model::UvSet,
+        motion::{Deform, Influences, MeshShape, MorphTarget, Skin},
+    },
+    math::Vec3,
+    shape::mesh::Mesh,
+};
 
 /// A primitive with its node.
 pub(super) struct PrimitiveUse<'a> {
@@ -33,18 +42,18 @@ pub(super) struct PrimitiveUse<'a> {
 /// The nodes of a document with their transforms.
 pub(super) struct Pose<'a> {
     nodes: &'a [Node],
-    /// The transforms of the scene's nodes.
-    model_from_node: HashMap<usize, DAffine3>,
-    /// The matrices of the joints of each skin.
-    joints: Vec<OnceCell<Vec<DAffine3>>>,
+    placed: &'a [PlacedNode],
+    pub moving: &'a Moving,
+    skins: Vec<OnceCell<Skin>>,
 }
 
 impl<'a> Pose<'a> {
-    pub fn new(document: &'a Document<'_>, placed: &[(usize, DAffine3)]) -> Self {
+    pub fn new(document: &'a Document<'_>, placed: &'a [PlacedNode], moving: &'a Moving) -> Self {
         Self {
             nodes: &document.root.nodes,
-            model_from_node: placed.iter().copied().collect(),
-            joints: document.root.skins.iter().map(|_| OnceCell::new()).collect(),
+            placed,
+            moving,
+            skins: document.root.skins.iter().map(|_| OnceCell::new()).collect(),
         }
     }
 
@@ -53,26 +62,52 @@ impl<'a> Pose<'a> {
         self.nodes[node].skin.map(|s| s.value())
     }
 
-    /// Applies morph targets and skinning to a mesh.
-    pub fn bend(&self, document: &Document<'_>, used: &PrimitiveUse<'_>, mesh: &mut Mesh) -> Result<(), GltfProblem> {
+    /// The skins that were used so far; others have no joints.
+    pub fn into_skins(self) -> Vec<Skin> {
+        let skin = |cell: OnceCell<Skin>| cell.into_inner().unwrap_or(Skin { joints: Vec::new() });
+        self.skins.into_iter().map(skin).collect()
+    }
+
+    /// The weights of the morph targets at rest, and whether they are the node's own.
+    pub fn weights(&self, document: &Document<'_>, used: &PrimitiveUse<'_>) -> (Vec<f32>, bool) {
         let own = self.nodes[used.node].weights.as_ref();
         let weights = own.or(document.root.meshes[used.mesh].weights.as_ref());
-        let targets = used.primitive.targets.iter().flatten();
-        for (target, &weight) in targets.zip(weights.into_iter().flatten()) {
-            if weight != 0.0 && weight.is_finite() {
-                morph(document, target, weight, mesh)?;
+        (weights.cloned().unwrap_or_default(), own.is_some())
+    }
+
+    /// Whether the played animations deform a primitive.
+    pub fn deforms(&self, document: &Document<'_>, used: &PrimitiveUse<'_>) -> Result<bool, GltfProblem> {
+        let (_, has_own) = self.weights(document, used);
+        let has_targets = used.primitive.targets.as_ref().is_some_and(|t| !t.is_empty());
+        if has_targets && self.moving.is_weighted(used.node, used.mesh, has_own) {
+            return Ok(true);
+        }
+        Ok(match self.skin(used.node) {
+            Some(skin) => {
+                let joints = &self.joints(document, skin)?.joints;
+                joints.iter().any(|(node, _)| self.moving.moves(*node))
             }
-        }
-        mesh.normals.iter_mut().for_each(|n| *n = n.normalize_or_zero());
-        if let Some(skin) = self.skin(used.node) {
-            self.apply_skin(document, skin, used, mesh)?;
-        }
+            None => false,
+        })
+    }
+
+    /// Applies morph targets and skinning to a mesh.
+    pub fn bend(&self, document: &Document<'_>, used: &PrimitiveUse<'_>, mesh: &mut Mesh) -> Result<(), GltfProblem> {
+        let deform = self.deform(document, used, mesh.positions.len())?;
+        let deform = Deform {
+            base: MeshShape::take(mesh),
+            ..deform
+        };
+        let joints = self.skin(used.node).map(|skin| self.rest_joints(document, skin));
+        let (weights, _) = self.weights(document, used);
+        deform.shape(&weights, joints.transpose()?.as_deref()).apply(mesh);
         Ok(())
     }
 
-    fn joints(&self, document: &Document<'_>, index: usize) -> Result<&[DAffine3], GltfProblem> {
+    /// The joints of a skin.
+    pub fn joints(&self, document: &Document<'_>, index: usize) -> Result<&Skin, GltfProblem> {
         let skin = get(&document.root.skins, index, "skin")?;
-        let cell = &self.joints[index];
+        let cell = &self.skins[index];
         if cell.get().is_none() {
             let inverse = match skin.inverse_bind_matrices {
                 Some(accessor) => document.matrices(accessor.value())?,
@@ -84,92 +119,108 @@ impl<'a> Pose<'a> {
                 )));
             }
             let place = |joint: usize| {
-                let found = self.model_from_node.get(&joint).copied();
+                let found = self.moving.place_of(joint);
                 found.ok_or_else(|| GltfProblem::broken(format!("joint {joint} of skin {index} is not in the scene")))
             };
             let joints = skin.joints.iter().zip(inverse);
-            let joints: Result<Vec<_>, _> = joints.map(|(j, inverse)| Ok(place(j.value())? * inverse)).collect();
-            let _ = cell.set(joints?);
+            let joints: Result<Vec<_>, _> = joints.map(|(j, inverse)| Ok((place(j.value())?, inverse))).collect();
+            let _ = cell.set(Skin { joints: joints? });
         }
         Ok(cell.get().expect("it was just set"))
     }
 
-    fn apply_skin(
+    fn rest_joints(&self, document: &Document<'_>, skin: usize) -> Result<Vec<DAffine3>, GltfProblem> {
+        let joints = self.joints(document, skin)?.joints.iter();
+        Ok(joints
+            .map(|(node, inverse)| self.placed[*node].model_from_node * *inverse)
+            .collect())
+    }
+
+    /// Reads what deforms a primitive of so many vertices.
+    pub fn deform(
         &self,
         document: &Document<'_>,
-        skin: usize,
         used: &PrimitiveUse<'_>,
-        mesh: &mut Mesh,
-    ) -> Result<(), GltfProblem> {
-        let matrices = self.joints(document, skin)?;
-        let mut sums = vec![(DAffine3::ZERO, 0.0); mesh.positions.len()];
-        for set in 0.. {
-            let attribute = |semantic| {
-                used.primitive
-                    .attributes
-                    .get(&Checked::Valid(semantic))
-                    .map(|a| a.value())
-            };
-            let (Some(joints), Some(weights)) = (attribute(Semantic::Joints(set)), attribute(Semantic::Weights(set)))
-            else {
-                break;
-            };
-            let (joints, weights) = (document.floats::<4>(joints)?, document.floats::<4>(weights)?);
-            if joints.len() != sums.len() || weights.len() != sums.len() {
-                return Err(GltfProblem::broken("there is not a joint for each vertex"));
-            }
-            for ((sum, joints), weights) in sums.iter_mut().zip(joints).zip(weights) {
-                for (joint, weight) in joints.into_iter().zip(weights.map(f64::from)) {
-                    if weight == 0.0 || !weight.is_finite() {
-                        continue;
-                    }
-                    let matrix = get(matrices, joint as usize, "joint")?;
-                    sum.0.matrix3 += matrix.matrix3 * weight;
-                    sum.0.translation += matrix.translation * weight;
-                    sum.1 += weight;
-                }
-            }
-        }
-        for (i, (matrix, weight)) in sums.into_iter().enumerate() {
-            // Normalises weights, which exporters have rounded.
-            let (m, t) = if weight > 0.0 {
-                (matrix.matrix3 * weight.recip(), matrix.translation / weight)
-            } else {
-                (DMat3::IDENTITY, DVec3::ZERO)
-            };
-            mesh.positions[i] = (m * mesh.positions[i].as_dvec3() + t).as_vec3();
-            let normals = DMat3::from_cols(
-                m.y_axis.cross(m.z_axis),
-                m.z_axis.cross(m.x_axis),
-                m.x_axis.cross(m.y_axis),
-            );
-            if let Some(n) = mesh.normals.get_mut(i) {
-                *n = (normals * n.as_dvec3()).normalize_or_zero().as_vec3();
-            }
-            if let Some(tangent) = mesh.tangents.get_mut(i) {
-                let along = (m * tangent.truncate().as_dvec3()).normalize_or_zero();
-                *tangent = along.as_vec3().extend(tangent.w);
-            }
-        }
-        Ok(())
+        vertices: usize,
+    ) -> Result<Deform, GltfProblem> {
+        let targets = used.primitive.targets.iter().flatten();
+        let influences = match self.skin(used.node) {
+            Some(skin) => Some(influences(
+                document,
+                used.primitive,
+                (vertices, self.joints(document, skin)?.joints.len()),
+            )?),
+            None => None,
+        };
+        Ok(Deform {
+            base: MeshShape::default(),
+            targets: targets
+                .map(|target| morph_target(document, target, vertices))
+                .collect::<Result<_, _>>()?,
+            influences,
+        })
     }
 }
 
-/// Adds `weight` of a morph target.
-fn morph(document: &Document<'_>, target: &MorphTarget, weight: f32, mesh: &mut Mesh) -> Result<(), GltfProblem> {
-    let add = |to: &mut [Vec3], accessor: usize| {
-        let moves = document.vectors(accessor)?;
-        if moves.len() != to.len() {
+/// Reads the joints of a primitive of so many vertices, of a skin of so many joints.
+fn influences(
+    document: &Document<'_>,
+    primitive: &Primitive,
+    (vertices, count): (usize, usize),
+) -> Result<Influences, GltfProblem> {
+    let attribute = |semantic| primitive.attributes.get(&Checked::Valid(semantic)).map(|a| a.value());
+    let mut sets = Vec::new();
+    for set in 0.. {
+        let found = (attribute(Semantic::Joints(set)), attribute(Semantic::Weights(set)));
+        let (Some(joints), Some(weights)) = found else {
+            break;
+        };
+        let (joints, weights) = (document.floats::<4>(joints)?, document.floats::<4>(weights)?);
+        if joints.len() != vertices || weights.len() != vertices {
+            return Err(GltfProblem::broken("there is not a joint for each vertex"));
+        }
+        sets.push((joints, weights));
+    }
+    let per_vertex = 4 * sets.len();
+    document.reserve((size_of::<(u32, f32)>() * per_vertex * vertices) as u64)?;
+    let mut influences = Vec::with_capacity(per_vertex * vertices);
+    for vertex in 0..vertices {
+        for (joints, weights) in &sets {
+            for (joint, weight) in joints[vertex].into_iter().zip(weights[vertex]) {
+                if weight == 0.0 || !weight.is_finite() {
+                    influences.push((0, 0.0));
+                    continue;
+                }
+                if joint as usize >= count {
+                    return Err(GltfProblem::broken(format!(
+                        "there is no joint {joint}, there are {count}"
+                    )));
+                }
+                influences.push((joint as u32, weight));
+            }
+        }
+    }
+    Ok(Influences {
+        per_vertex,
+        joints: influences,
+    })
+}
+
+fn morph_target(
+    document: &Document<'_>,
+    target: &TargetAccessors,
+    vertices: usize,
+) -> Result<MorphTarget, GltfProblem> {
+    let read = |accessor: Option<usize>| -> Result<Vec<Vec3>, GltfProblem> {
+        let moves = accessor.map_or(Ok(Vec::new()), |accessor| document.vectors(accessor))?;
+        if accessor.is_some() && moves.len() != vertices {
             return Err(GltfProblem::broken("a morph target has not a number for each vertex"));
         }
-        to.iter_mut().zip(moves).for_each(|(v, d)| *v += d * weight);
-        Ok(())
+        Ok(moves)
     };
-    if let Some(accessor) = target.positions {
-        add(&mut mesh.positions, accessor.value())?;
-    }
-    if let Some(accessor) = target.normals.filter(|_| !mesh.normals.is_empty()) {
-        add(&mut mesh.normals, accessor.value())?;
-    }
-    Ok(())
+    Ok(MorphTarget {
+        positions: read(target.positions.map(|a| a.value()))?,
+        normals: read(target.normals.map(|a| a.value()))?,
+        tangents: read(target.tangents.map(|a| a.value()))?,
+    })
 }

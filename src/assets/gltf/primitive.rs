@@ -15,6 +15,7 @@ use super::{
 use crate::{
     assets::{
         model::{Model, Treatment, UvSet},
+        motion::{Deform, MeshMotion, MeshShape},
         repair::{Repairs, repair},
         tangents,
     },
@@ -65,6 +66,8 @@ pub(super) struct PlacedMesh {
 pub(super) struct Meshes {
     pub meshes: Vec<Mesh>,
     pub repairs: Repairs,
+    /// The motion of those that deform.
+    pub motions: Vec<MeshMotion>,
     known: HashMap<Key, Option<usize>>,
 }
 
@@ -123,20 +126,36 @@ impl Meshes {
             Some(known) => *known,
             None => {
                 let mut mesh = mesh(document, &key, mode).map_err(|e| e.within(&what))?;
-                if is_bent && !mesh.triangles.is_empty() {
+                let deforms = is_bent && !mesh.triangles.is_empty();
+                let deform = match deforms && pose.deforms(document, used)? {
+                    true => Some(
+                        pose.deform(document, used, mesh.positions.len())
+                            .map_err(|e| e.within(&what))?,
+                    ),
+                    false => None,
+                };
+                if deforms && deform.is_none() {
                     pose.bend(document, used, &mut mesh).map_err(|e| e.within(&what))?;
                 }
+                let is_kept = |vertex: &u32| mesh.positions[*vertex as usize].is_finite();
+                let mut vertices: Vec<u32> = (0..mesh.positions.len() as u32).filter(is_kept).collect();
                 self.repairs += repair(&mut mesh);
                 mesh.validate().map_err(|e| GltfProblem::broken(e).within(&what))?;
                 if let Some(set) = key.new_tangents {
                     document.reserve(tangents::TRIANGLE_MEMORY * mesh.triangles.len() as u64)?;
-                    tangents::add(&mut mesh, set);
+                    for vertex in tangents::add(&mut mesh, set) {
+                        vertices.push(vertices[vertex as usize]);
+                    }
                     mesh.validate().map_err(|e| GltfProblem::broken(e).within(&what))?;
                 }
                 let at = (!mesh.triangles.is_empty()).then(|| {
                     self.meshes.push(mesh);
                     self.meshes.len() - 1
                 });
+                if let (Some(deform), Some(mesh)) = (deform, at) {
+                    self.motions
+                        .extend(self.motion(document, used, pose, (mesh, deform.gathered(&vertices))));
+                }
                 self.known.insert(key, at);
                 at
             }
@@ -146,6 +165,30 @@ impl Meshes {
             has_colors,
             is_skinned,
         }))
+    }
+
+    /// The motion of a mesh, which deforms from now on.
+    fn motion(
+        &self,
+        document: &Document<'_>,
+        used: &PrimitiveUse<'_>,
+        pose: &Pose<'_>,
+        (mesh, deform): (usize, Deform),
+    ) -> Option<MeshMotion> {
+        let own = &self.meshes[mesh];
+        let (weights, has_own_weights) = pose.weights(document, used);
+        Some(MeshMotion {
+            mesh,
+            node: pose.moving.place_of(used.node)?,
+            source: used.mesh,
+            skin: pose.skin(used.node),
+            weights,
+            has_own_weights,
+            deform: Deform {
+                base: MeshShape::of(own),
+                ..deform
+            },
+        })
     }
 }
 

@@ -25,7 +25,7 @@ impl<'a> Variants<'a> {
         let find = |name: &str| {
             let unknown = || {
                 let unknown = UnknownName::new("material variant", name, names.iter().copied());
-                GltfProblem::UnknownVariant(if names.is_empty() {
+                GltfProblem::UnknownName(if names.is_empty() {
                     unknown.with_fallback(Some("the model has none".to_owned()))
                 } else {
                     unknown

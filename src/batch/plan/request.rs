@@ -14,7 +14,7 @@ use crate::{
         DepthUnit,
         png::data::{DEPTH, DataPng, IDS, NORMALS},
     },
-    shape::mesh::LightUnits,
+    shape::mesh::{AnimationChoice, LightUnits},
     warnings::Warnings,
 };
 
@@ -32,6 +32,8 @@ pub struct Request {
     pub variant: Option<String>,
     /// The unit of its lights, if not that of the program that wrote it.
     pub light_units: Option<LightUnits>,
+    /// The animations that are played of the model that is the scene.
+    pub animation: Option<AnimationChoice>,
     /// Instead of a camera path: frames of an orbit around the scene.
     pub turntable: Option<u32>,
     pub range: Option<FrameRange>,

@@ -1,4 +1,4 @@
-//! Validation of animations, which are not rendered.
+//! Validation of animations, also of those that are not played.
 
 use std::collections::HashSet;
 

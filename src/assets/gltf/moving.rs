@@ -1,0 +1,101 @@
+//! What the played animations of a document move.
+
+use std::collections::{HashMap, HashSet};
+
+use super::{
+    animations::{Moved, Played},
+    document::Document,
+    nodes::{self, PlacedNode},
+};
+use crate::assets::motion::{MotionNode, Target};
+
+/// The nodes and meshes that the played animations move.
+#[derive(Default)]
+pub(super) struct Moving {
+    /// The place of each node of the document among the placed ones.
+    places: HashMap<usize, usize>,
+    /// Whether each placed node moves, by itself or with those above it.
+    moves: Vec<bool>,
+    /// The nodes and the meshes of the document whose weights are animated.
+    weighted: (HashSet<usize>, HashSet<usize>),
+}
+
+impl Moving {
+    pub fn new(placed: &[PlacedNode], played: &[Played]) -> Self {
+        let mut moving = Self {
+            places: placed
+                .iter()
+                .enumerate()
+                .map(|(place, node)| (node.index, place))
+                .collect(),
+            ..Self::default()
+        };
+        let mut own = HashSet::new();
+        for channel in played.iter().flat_map(|clip| &clip.channels) {
+            match channel.moved {
+                Moved::Translation(node) | Moved::Rotation(node) | Moved::Scale(node) => {
+                    own.insert(node);
+                }
+                Moved::NodeWeights(node) => {
+                    moving.weighted.0.insert(node);
+                }
+                Moved::MeshWeights(mesh) => {
+                    moving.weighted.1.insert(mesh);
+                }
+                Moved::Material(..) | Moved::Light(..) | Moved::Camera(..) => {}
+            }
+        }
+        for node in placed {
+            let above = node.parent.is_some_and(|parent| moving.moves[parent]);
+            moving.moves.push(above || own.contains(&node.index));
+        }
+        moving
+    }
+
+    /// The place of a node of the document among the placed ones.
+    pub fn place_of(&self, node: usize) -> Option<usize> {
+        self.places.get(&node).copied()
+    }
+
+    /// Whether a placed node moves.
+    pub fn moves(&self, place: usize) -> bool {
+        self.moves[place]
+    }
+
+    /// Whether the weights of a mesh at a node are animated, where `has_own` tells whether those at rest are the node's own.
+    pub fn is_weighted(&self, node: usize, mesh: usize, has_own: bool) -> bool {
+        let (nodes, meshes) = &self.weighted;
+        nodes.contains(&node) || !has_own && meshes.contains(&mesh)
+    }
+
+    /// The nodes of the motion.
+    pub fn nodes(&self, document: &Document<'_>, placed: &[PlacedNode], played: &[Played]) -> Vec<MotionNode> {
+        let channels = played.iter().flat_map(|clip| &clip.channels);
+        let replaced = channels.filter_map(|channel| match channel.moved {
+            Moved::Translation(node) | Moved::Rotation(node) | Moved::Scale(node) => Some(node),
+            _ => None,
+        });
+        let replaced: HashSet<usize> = replaced.collect();
+        let node = |node: &PlacedNode| MotionNode {
+            parent: node.parent,
+            parent_from_node: node.parent_from_node,
+            animated: (replaced.contains(&node.index)).then(|| nodes::parts(&document.raw["nodes"][node.index])),
+        };
+        placed.iter().map(node).collect()
+    }
+
+    /// What a channel moves in the motion; `None` if it is not shown. `materials` has the place of each material of the document
+    /// among those of the motion.
+    pub fn target(&self, moved: &Moved, materials: &HashMap<usize, usize>) -> Option<Target> {
+        Some(match *moved {
+            Moved::Translation(node) => Target::Translation(self.place_of(node)?),
+            Moved::Rotation(node) => Target::Rotation(self.place_of(node)?),
+            Moved::Scale(node) => Target::Scale(self.place_of(node)?),
+            Moved::NodeWeights(node) => Target::NodeWeights(self.place_of(node)?),
+            Moved::MeshWeights(mesh) => Target::MeshWeights(mesh),
+            Moved::Material(material, property) => Target::Material(*materials.get(&material)?, property),
+            Moved::Light(light, property) => Target::Light(light, property),
+            Moved::Camera(camera, property) => Target::Camera(camera, property),
+        })
+    }
+}

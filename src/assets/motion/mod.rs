@@ -1,0 +1,273 @@
+//! The motion of a model: the animations that are played, and the pose of the model at a time.
+//!
+//! A model keeps its animations with everything that they move, so a pose costs no parsing. A pose depends on the time alone.
+
+mod deform;
+mod looks;
+
+use std::collections::HashMap;
+
+use glam::{DAffine3, DQuat, DVec3};
+
+use super::views::{ModelCamera, ModelLight};
+use crate::{material::principled::Principled, math::keys::Keys, shape::mesh::Playback};
+
+pub use deform::{Deform, Influences, MeshShape, MorphTarget};
+pub use looks::{CameraProperty, LightParameters, LightProperty, LightShape, MaterialMotion, MaterialProperty};
+
+/// An animation of a model file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ModelClip {
+    /// Unique in the file.
+    pub name: String,
+    /// The time of its last key, in s; NaN if that cannot be read.
+    pub length: f32,
+    /// The number of things of each sort that it moves, such as 3 nodes.
+    pub moves: Vec<(&'static str, usize)>,
+}
+
+/// A translation, a rotation and a scale.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Trs {
+    pub translation: DVec3,
+    pub rotation: DQuat,
+    pub scale: DVec3,
+}
+
+impl Trs {
+    pub fn affine(&self) -> DAffine3 {
+        DAffine3::from_scale_rotation_translation(self.scale, self.rotation, self.translation)
+    }
+}
+
+/// A node of the shown scene.
+#[derive(Clone, Debug)]
+pub struct MotionNode {
+    /// An index into [`Motion::nodes`], which is less than its own.
+    pub parent: Option<usize>,
+    /// The transform at rest.
+    pub parent_from_node: DAffine3,
+    /// The parts of that transform, if an animation replaces one of them.
+    pub animated: Option<Trs>,
+}
+
+/// What a channel moves. Nodes are indices into [`Motion::nodes`]; meshes, lights and cameras are those of the file.
+#[derive(Clone, Debug)]
+pub enum Target {
+    Translation(usize),
+    Rotation(usize),
+    Scale(usize),
+    NodeWeights(usize),
+    MeshWeights(usize),
+    /// An index into [`Motion::materials`].
+    Material(usize, MaterialProperty),
+    Light(usize, LightProperty),
+    Camera(usize, CameraProperty),
+}
+
+/// Numbers over time, and what they move.
+#[derive(Clone, Debug)]
+pub struct Channel {
+    pub target: Target,
+    pub keys: Keys,
+}
+
+/// An animation that is played.
+#[derive(Clone, Debug, Default)]
+pub struct Clip {
+    pub channels: Vec<Channel>,
+    /// The time of the last key, in s.
+    pub end: f32,
+}
+
+/// Joints, and the transforms into their spaces.
+#[derive(Clone, Debug)]
+pub struct Skin {
+    /// An index into [`Motion::nodes`], and the transform from the space of the mesh.
+    pub joints: Vec<(usize, DAffine3)>,
+}
+
+/// A part of the model whose node moves.
+#[derive(Clone, Copy, Debug)]
+pub struct PartMotion {
+    /// An index into [`Model::instances`](super::model::Model::instances).
+    pub part: usize,
+    pub node: usize,
+    /// The transform of a copy of the mesh within its node.
+    pub node_from_mesh: DAffine3,
+}
+
+/// A mesh that deforms.
+#[derive(Clone, Debug)]
+pub struct MeshMotion {
+    /// An index into [`Model::meshes`](super::model::Model::meshes).
+    pub mesh: usize,
+    pub node: usize,
+    /// The mesh of the file, whose weights count where the node has none.
+    pub source: usize,
+    /// An index into [`Motion::skins`].
+    pub skin: Option<usize>,
+    /// The weights of its targets at rest.
+    pub weights: Vec<f32>,
+    pub has_own_weights: bool,
+    pub deform: Deform,
+}
+
+/// A camera or a light of the model.
+#[derive(Clone, Copy, Debug)]
+pub struct Carried<T> {
+    pub node: usize,
+    /// The number in the file.
+    pub source: usize,
+    pub at_rest: T,
+}
+
+/// The motion of a model by the animations that are played.
+#[derive(Clone, Debug, Default)]
+pub struct Motion {
+    /// The nodes of the shown scene, parents first.
+    pub nodes: Vec<MotionNode>,
+    pub clips: Vec<Clip>,
+    pub skins: Vec<Skin>,
+    pub parts: Vec<PartMotion>,
+    pub meshes: Vec<MeshMotion>,
+    /// One for each of the model's cameras.
+    pub cameras: Vec<Carried<ModelCamera>>,
+    /// One for each of the model's lights.
+    pub lights: Vec<Carried<LightParameters>>,
+    pub materials: Vec<MaterialMotion>,
+}
+
+/// What of a model is elsewhere or otherwise than at rest.
+#[derive(Clone, Debug, Default)]
+pub struct ModelPose {
+    /// New transforms of parts, by their indices into [`Model::instances`](super::model::Model::instances), in rising order.
+    pub parts: Vec<(usize, DAffine3)>,
+    /// New shapes of meshes, by their indices into [`Model::meshes`](super::model::Model::meshes).
+    pub meshes: Vec<(usize, MeshShape)>,
+    pub cameras: Vec<ModelCamera>,
+    pub lights: Vec<ModelLight>,
+    /// New surfaces of materials, by their indices into [`Model::materials`](super::model::Model::materials).
+    pub materials: Vec<(usize, Principled)>,
+}
+
+/// The numbers of all channels at a time.
+struct Animated<'a> {
+    motion: &'a Motion,
+    nodes: Vec<Option<Trs>>,
+    node_weights: HashMap<usize, Vec<f32>>,
+    mesh_weights: HashMap<usize, Vec<f32>>,
+    model_from_node: Vec<DAffine3>,
+}
+
+impl Motion {
+    /// The time of the last key, in s.
+    pub fn end(&self) -> f32 {
+        self.clips.iter().map(|clip| clip.end).fold(0.0, f32::max)
+    }
+
+    /// The bytes of its arrays.
+    pub fn bytes(&self) -> u64 {
+        let channels = self.clips.iter().flat_map(|clip| &clip.channels);
+        let keys: u64 = channels.map(|channel| channel.keys.bytes()).sum();
+        keys + self.meshes.iter().map(|mesh| mesh.deform.bytes()).sum::<u64>()
+    }
+
+    /// All channels with their times within their animations.
+    fn channels(&self, playback: &Playback, time: f64) -> impl Iterator<Item = (&Channel, f32)> {
+        let local = move |clip: &Clip| playback.local_time(f64::from(clip.end), time) as f32;
+        let timed = self.clips.iter().map(move |clip| (clip, local(clip)));
+        timed.flat_map(|(clip, time)| clip.channels.iter().map(move |channel| (channel, time)))
+    }
+
+    fn animated(&self, playback: &Playback, time: f64) -> Animated<'_> {
+        let mut animated = Animated {
+            motion: self,
+            nodes: self.nodes.iter().map(|node| node.animated).collect(),
+            node_weights: HashMap::new(),
+            mesh_weights: HashMap::new(),
+            model_from_node: Vec::with_capacity(self.nodes.len()),
+        };
+        for (Channel { target, keys }, time) in self.channels(playback, time) {
+            let vector = || DVec3::from_array(keys.array(time));
+            let weights = || keys.at(time).map(|weight| weight as f32).collect();
+            let mut set = |node: usize, change: &dyn Fn(&mut Trs)| animated.nodes[node].as_mut().map(change);
+            match *target {
+                Target::Translation(node) => _ = set(node, &|trs| trs.translation = vector()),
+                Target::Rotation(node) => _ = set(node, &|trs| trs.rotation = keys.rotation(time)),
+                Target::Scale(node) => _ = set(node, &|trs| trs.scale = vector()),
+                Target::NodeWeights(node) => {
+                    animated.node_weights.insert(node, weights());
+                }
+                Target::MeshWeights(mesh) => {
+                    animated.mesh_weights.insert(mesh, weights());
+                }
+                Target::Material(..) | Target::Light(..) | Target::Camera(..) => {}
+            }
+        }
+        for (node, trs) in self.nodes.iter().zip(&animated.nodes) {
+            let own = trs.as_ref().map_or(node.parent_from_node, Trs::affine);
+            let parent = node.parent.map(|parent| animated.model_from_node[parent]);
+            animated.model_from_node.push(parent.map_or(own, |parent| parent * own));
+        }
+        animated
+    }
+
+    /// The pose at `time`, in s.
+    pub fn pose(&self, playback: &Playback, time: f64) -> ModelPose {
+        let animated = self.animated(playback, time);
+        let mut pose = ModelPose {
+            parts: self.parts.iter().map(|part| animated.part(part)).collect(),
+            meshes: self.meshes.iter().map(|mesh| animated.mesh(mesh)).collect(),
+            ..ModelPose::default()
+        };
+        let mut materials: Vec<MaterialMotion> = self.materials.clone();
+        let mut lights: Vec<Carried<LightParameters>> = self.lights.clone();
+        let mut cameras: Vec<Carried<ModelCamera>> = self.cameras.clone();
+        for (Channel { target, keys }, time) in self.channels(playback, time) {
+            match *target {
+                Target::Material(material, property) => materials[material].set(property, keys, time),
+                Target::Light(source, property) => {
+                    let lights = lights.iter_mut().filter(|light| light.source == source);
+                    lights.for_each(|light| light.at_rest.set(property, keys, time));
+                }
+                Target::Camera(source, property) => {
+                    let cameras = cameras.iter_mut().filter(|camera| camera.source == source);
+                    cameras.for_each(|camera| property.set(&mut camera.at_rest.view, keys, time));
+                }
+                _ => {}
+            }
+        }
+        let place = |node: usize| animated.model_from_node[node];
+        pose.materials = materials.into_iter().map(|m| (m.material, m.surface)).collect();
+        pose.lights = lights
+            .iter()
+            .map(|light| light.at_rest.light(place(light.node)))
+            .collect();
+        let moved = |camera: Carried<ModelCamera>| ModelCamera {
+            model_from_camera: place(camera.node),
+            ..camera.at_rest
+        };
+        pose.cameras = cameras.into_iter().map(moved).collect();
+        pose
+    }
+}
+
+impl Animated<'_> {
+    fn part(&self, part: &PartMotion) -> (usize, DAffine3) {
+        (part.part, self.model_from_node[part.node] * part.node_from_mesh)
+    }
+
+    fn mesh(&self, mesh: &MeshMotion) -> (usize, MeshShape) {
+        let of_node = self.node_weights.get(&mesh.node);
+        let of_mesh = self.mesh_weights.get(&mesh.source).filter(|_| !mesh.has_own_weights);
+        let weights = of_node.or(of_mesh).unwrap_or(&mesh.weights);
+        let joints: Option<Vec<DAffine3>> = mesh.skin.map(|skin| {
+            let joints = self.motion.skins[skin].joints.iter();
+            joints
+                .map(|(node, joint_from_mesh)| self.model_from_node[*node] * *joint_from_mesh)
+                .collect()
+        });
+        (mesh.mesh, mesh.deform.shape(weights, joints.as_deref()))
+    }
+}

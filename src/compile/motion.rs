@@ -1,0 +1,226 @@
+//! What moves in a compiled scene, and the update of the scene for another time.
+//!
+//! An update has the same numbers as the scene that is compiled for its time. Where that scene would have another structure there is
+//! no update: an instance whose transform has no inverse is baked, a light that goes out is left out.
+
+use std::{collections::BTreeMap, sync::Arc};
+
+use rayon::prelude::*;
+
+use super::{
+    materials::model_material,
+    model_lights,
+    objects::moved_place,
+    placed::{Kept, MovedPart, PlacedModel, Poses},
+    refresh::are_alike,
+};
+use crate::{
+    assets::{
+        model::Model,
+        motion::{MeshShape, ModelPose},
+    },
+    describe::SceneDesc,
+    light::Light,
+    material::{Material, MaterialId},
+    math::{DAffine3, Transform, Vec3, Vec4},
+    scene::{LightId, MeshId, MeshPose, MeshTransform, ObjectFromGroup, ObjectId, Scene, SceneUpdate, ShadingUpdate},
+    texture::TextureId,
+};
+
+/// Where a scene keeps what the animations of models may move.
+#[derive(Default)]
+pub(super) struct Movables {
+    pub parts: Vec<MovedPart>,
+    /// The lights that shine: the object, the light of its model, and that of the scene.
+    pub lights: Vec<(ObjectId, usize, LightId)>,
+    /// The objects whose models brought their materials, with the first of these and of their textures.
+    pub looks: Vec<(ObjectId, MaterialId, TextureId)>,
+}
+
+/// What the animations of models move in a compiled scene.
+#[derive(Default)]
+pub struct SceneMotion {
+    placed: Vec<PlacedModel>,
+    models: Vec<Arc<Model>>,
+    movables: Movables,
+}
+
+impl SceneMotion {
+    pub(super) fn new(placed: Vec<PlacedModel>, models: Vec<Arc<Model>>, movables: Movables) -> Self {
+        if models.iter().all(|model| model.motion.is_none()) {
+            return Self::default();
+        }
+        Self {
+            placed,
+            models,
+            movables,
+        }
+    }
+
+    /// Whether nothing moves.
+    pub fn is_still(&self) -> bool {
+        self.models.is_empty()
+    }
+
+    /// The update to `time`, in s, of `scene`, which was compiled with this and is that of `desc` but for its animations; `None` if it
+    /// has to be compiled for that time.
+    pub fn update(&self, scene: &Scene, desc: &SceneDesc, time: f64) -> Option<(SceneUpdate, ShadingUpdate)> {
+        let mut poses: Poses<ModelPose> = Poses::default();
+        let mut placed = self.placed.clone();
+        for (placed, model) in placed.iter_mut().zip(&self.models) {
+            let playback = &placed.playback;
+            poses.or_insert_with(model, playback, || model.pose(playback, time).unwrap_or_default());
+            if placed.moved {
+                placed.place = moved_place(&desc.objects[placed.object.0 as usize], scene.origin).ok()?;
+            }
+        }
+        let mut models = BTreeMap::new();
+        for (placed, model) in placed.iter().zip(&self.models) {
+            let pose = poses.get(model, &placed.playback)?;
+            models.insert(placed.object.0, PosedModel { placed, model, pose });
+        }
+        let shading = ShadingUpdate {
+            materials: self.materials(scene, desc, &models)?,
+            lights: self.lights(scene, desc, &models)?,
+            background: None,
+        };
+        Some((self.geometry(&models)?, shading))
+    }
+
+    fn geometry(&self, models: &BTreeMap<u32, PosedModel<'_>>) -> Option<SceneUpdate> {
+        let mut update = SceneUpdate::default();
+        let mut meshes = Vec::new();
+        for moved in &self.movables.parts {
+            let posed = &models[&moved.object.0];
+            let model_from_mesh = posed.part(moved.part);
+            let instance = |within| posed.placed.transform(&model_from_mesh, within);
+            match moved.kept {
+                Kept::Instance { instance: id, within } => {
+                    update.instances.push((id, instance(within)?));
+                    if let ObjectFromGroup::At(place) = within {
+                        update.places.push((place, Transform::new(model_from_mesh)?));
+                    }
+                }
+                Kept::InGroup(mesh) => {
+                    if let Some(shape) = posed.deformed(moved.part) {
+                        meshes.push((mesh, shape, MeshTransform::new(DAffine3::IDENTITY)));
+                    }
+                }
+                Kept::Baked { mesh, mirrors, emits } => {
+                    let transform = MeshTransform::new(posed.placed.place.of(&model_from_mesh));
+                    if transform.mirrors != mirrors || !emits && instance(ObjectFromGroup::WorldFromGroup).is_some() {
+                        return None;
+                    }
+                    meshes.push((mesh, posed.shape(moved.part), transform));
+                }
+            }
+        }
+        let pose = |(mesh, shape, transform): &(MeshId, Arrays<'_>, MeshTransform)| mesh_pose(*mesh, *shape, transform);
+        update.poses = meshes.iter().map(pose).collect();
+        Some(update)
+    }
+
+    /// The new materials; `None` if the scene has other arrays with them.
+    fn materials(
+        &self,
+        scene: &Scene,
+        desc: &SceneDesc,
+        models: &BTreeMap<u32, PosedModel<'_>>,
+    ) -> Option<Vec<(MaterialId, Material)>> {
+        let mut materials = Vec::new();
+        for (object, first_material, first_texture) in &self.movables.looks {
+            for (number, surface) in &models[&object.0].pose.materials {
+                let id = MaterialId(first_material.0 + *number as u32);
+                let mut material = model_material(surface, *first_texture);
+                material.convert_colors(desc.render.working_space);
+                if !are_alike(scene.material(id), &material) {
+                    return None;
+                }
+                materials.push((id, material));
+            }
+        }
+        Some(materials)
+    }
+
+    /// The new lights; `None` if others of them shine.
+    fn lights(
+        &self,
+        scene: &Scene,
+        desc: &SceneDesc,
+        models: &BTreeMap<u32, PosedModel<'_>>,
+    ) -> Option<Vec<(LightId, Light)>> {
+        let shines = |posed: &&PosedModel<'_>| posed.placed.choice.lights == Some(true) && posed.placed.visible;
+        let world_from_scene = DAffine3::from_translation(scene.origin);
+        let mut lights = Vec::new();
+        for posed in models.values().filter(shines) {
+            for (number, light) in posed.pose.lights.iter().enumerate() {
+                let is_it =
+                    |(object, own, _): &&(ObjectId, usize, LightId)| (*object, *own) == (posed.placed.object, number);
+                let place = world_from_scene * posed.placed.place.of(&light.model_from_light);
+                let kept = self.movables.lights.iter().find(is_it);
+                match (kept, model_lights::describe(light, place)) {
+                    (Some((.., id)), Some(desc_of_light)) => {
+                        let mut light = desc_of_light.compile(scene.origin).ok()?;
+                        light.convert_colors(desc.render.working_space);
+                        lights.push((*id, light));
+                    }
+                    (None, None) => {}
+                    _ => return None,
+                }
+            }
+        }
+        Some(lights)
+    }
+}
+
+/// The positions, normals and tangents of a mesh.
+type Arrays<'a> = (&'a [Vec3], &'a [Vec3], &'a [Vec4]);
+
+/// The pose of a mesh of the scene.
+fn mesh_pose(mesh: MeshId, (positions, normals, tangents): Arrays<'_>, transform: &MeshTransform) -> MeshPose {
+    MeshPose {
+        mesh,
+        positions: transform.points(positions).collect(),
+        normals: normals.par_iter().map(|n| transform.normal(*n)).collect(),
+        tangents: tangents.par_iter().map(|t| transform.tangent(*t)).collect(),
+    }
+}
+
+/// A model in its pose.
+#[derive(Clone, Copy)]
+struct PosedModel<'a> {
+    placed: &'a PlacedModel,
+    model: &'a Model,
+    pose: &'a ModelPose,
+}
+
+impl<'a> PosedModel<'a> {
+    /// The transform of a part.
+    fn part(&self, part: usize) -> DAffine3 {
+        let moved = self.pose.parts.binary_search_by_key(&part, |(part, _)| *part);
+        moved.map_or(self.model.instances[part].model_from_mesh, |at| self.pose.parts[at].1)
+    }
+
+    /// The shape of the mesh of a part, if it deforms.
+    fn deformed(&self, part: usize) -> Option<Arrays<'a>> {
+        let mesh = self.model.instances[part].mesh;
+        let posed = self.pose.meshes.iter().find(|(posed, _)| *posed == mesh);
+        posed.map(
+            |(
+                _,
+                MeshShape {
+                    positions,
+                    normals,
+                    tangents,
+                },
+            )| (&positions[..], &normals[..], &tangents[..]),
+        )
+    }
+
+    /// The shape of the mesh of a part.
+    fn shape(&self, part: usize) -> Arrays<'a> {
+        let mesh = &self.model.meshes[self.model.instances[part].mesh];
+        self.deformed(part)
+            .unwrap_or((&mesh.positions, &mesh.normals, &mesh.tangents))
+    }
+}
