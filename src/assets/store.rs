@@ -212,6 +212,19 @@ impl Store {
         self.files.memory().release(MemoryKind::Models);
     }
 
+    /// Drops all models but these.
+    pub fn keep_models(&self, requests: &[ModelRequest]) {
+        let mut models = self.models.lock().unwrap_or_else(PoisonError::into_inner);
+        let count = models.len();
+        models.retain(|request, _| requests.contains(request));
+        if models.len() < count {
+            let memory = self.files.memory();
+            memory.release(MemoryKind::Models);
+            let bytes = models.values().map(|model| model.bytes()).sum();
+            memory.take(MemoryKind::Models, bytes).expect("more of them did fit");
+        }
+    }
+
     /// The number of image files that placeholders replace.
     pub fn replaced(&self) -> usize {
         self.replaced.lock().unwrap_or_else(PoisonError::into_inner).len()

@@ -9,7 +9,7 @@ use super::{
     resume::checkpoint,
     resume::job_lock::JobLock,
     run,
-    scenes::{SceneSource, load_options},
+    scenes::{SceneSource, load_options, rebuilds},
 };
 use crate::{
     accel,
@@ -139,7 +139,9 @@ impl Job {
         let options = load_options(self.plan.values.as_deref(), self.plan.first_eye);
         let scene = compile::load(&self.desc, &self.store, &options);
         // The scene has its own copy of the models.
-        self.store.forget_models();
+        if !self.plan.values.as_deref().is_some_and(rebuilds) {
+            self.store.forget_models();
+        }
         let scene = scene?;
         for file in self
             .plan

@@ -6,7 +6,7 @@ use crate::{
     accel::BuildOptions,
     assets::{MemoryKind, Store},
     compile::{self, Change, LoadOptions, Refresher},
-    describe::{Entity, MovingScene, SceneDesc, Values},
+    describe::{Entity, MovingDesc, SceneDesc, Values},
     error::Error,
     math::DVec3,
     scene::Scene,
@@ -30,7 +30,7 @@ pub(super) struct SceneSource<'j> {
 struct Moving<'j> {
     source: SceneSource<'j>,
     values: &'j Values,
-    reader: MovingScene<'j>,
+    reader: MovingDesc<'j>,
     options: LoadOptions,
     refresher: Refresher,
     /// The description of the scene that was sought last.
@@ -56,6 +56,13 @@ pub(super) fn load_options(values: Option<&Values>, eye: Option<DVec3>) -> LoadO
     }
 }
 
+/// Whether some of these values change a scene so that it is compiled again.
+pub(super) fn rebuilds(values: &Values) -> bool {
+    values
+        .keys()
+        .any(|(entity, path)| change(entity, path) == Some(Change::Other))
+}
+
 impl<'j> Scenes<'j> {
     /// The same scene for all frames.
     pub fn still(scene: Scene) -> Self {
@@ -69,7 +76,7 @@ impl<'j> Scenes<'j> {
             ..load_options(Some(values), None)
         };
         let moving = Moving {
-            reader: MovingScene::new(source.desc, values),
+            reader: MovingDesc::new(source.desc, values),
             desc: source.desc.clone(),
             source,
             values,
@@ -149,8 +156,11 @@ fn change(entity: Entity, path: &[String]) -> Option<Change> {
     match entity {
         Entity::Material(at) => Some(Change::Material(at)),
         Entity::Light(at) => Some(Change::Light(at)),
+        Entity::Background if is(0, "visible") => Some(Change::BackgroundVisible),
+        Entity::Background if is(1, "rotate") => Some(Change::BackgroundRotation),
         Entity::Background if !is(1, "file") => Some(Change::Background),
         Entity::Object(at) if is(0, "transform") => Some(Change::Transform(at)),
+        Entity::Object(at) if is(0, "material") => Some(Change::ObjectMaterial(at)),
         Entity::Camera => None,
         Entity::Background | Entity::Object(_) | Entity::Texture(_) => Some(Change::Other),
     }

@@ -4,7 +4,7 @@ use super::compiler::Compiler;
 use crate::{
     assets::{image::AlphaUse, model::ImageSource, store::ImageRequest},
     describe::BackgroundDesc,
-    light::environment::Environment,
+    light::environment::{Environment, EnvironmentDesc},
     math::{DMat3, Rgb, WorkingSpace, transform::axis_rotation},
     scene::BackgroundRadiance,
     texture::{Bitmap, bitmap::ColorSpace},
@@ -30,6 +30,14 @@ impl Compiler<'_> {
     }
 }
 
+/// The rotation of an environment map to the world.
+pub(super) fn rotation(environment: &EnvironmentDesc) -> DMat3 {
+    environment.rotate.map_or(DMat3::IDENTITY, |r| {
+        let r = r.0;
+        axis_rotation(2, r.z) * axis_rotation(1, r.y) * axis_rotation(0, r.x)
+    })
+}
+
 /// The background in a working space; `picture` is the image of its environment map.
 pub(super) fn radiance(
     desc: &BackgroundDesc,
@@ -42,10 +50,7 @@ pub(super) fn radiance(
         return BackgroundRadiance::Color(working_space.from_rec709(color));
     };
     let environment_desc = environment_desc.get_ref();
-    let rotation = environment_desc.rotate.map_or(DMat3::IDENTITY, |r| {
-        let r = r.0;
-        axis_rotation(2, r.z) * axis_rotation(1, r.y) * axis_rotation(0, r.x)
-    });
+    let rotation = rotation(environment_desc);
     let environment = Environment::new(picture, working_space, environment_desc.intensity.0, rotation);
     let file = environment_desc.file.get_ref();
     if environment.clamped > 0 {

@@ -66,6 +66,7 @@ fn around_models(
     let first = options.origin.unwrap_or_else(|| origin.choose());
     let compiled = Compiled::around(first, desc, &options.moved)?;
     let requests: Vec<ModelRequest> = compiled.placed.iter().map(PlacedModel::request).collect();
+    store.keep_models(&requests);
     let loaded = store.models(&requests);
     let loaded = loaded.map(|models| LoadedModels::new(&compiled.placed, models, options.time));
     if options.origin.is_some() {

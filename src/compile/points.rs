@@ -35,7 +35,7 @@ impl ModelPlacer<'_> {
         // The file's own material has no textures, which would need the object's own space.
         let transform = placed.place.transform.filter(|_| placed.material.is_some());
         let (map, radius, transform) = match (transform, uniform_scale(&scene_from_points)) {
-            (None, Some(scale)) => (scene_from_points, radius * scale as f32, None),
+            (None, Some(scale)) if !placed.moved => (scene_from_points, radius * scale as f32, None),
             _ => (points.model_from_points, radius, placed.place.transform),
         };
         self.scene.reserve_shapes(points.positions.len());

@@ -11,9 +11,10 @@ use crate::{
     describe::{Diagnostics, SceneDesc},
     geometry::MAX_MAGNIFICATION,
     material::{Emission, Material, MaterialId},
-    scene::{Background, LightId, ObjectId, Scene, SceneUpdate, ShadingUpdate},
+    math::DMat3,
+    scene::{Background, BackgroundRadiance, LightId, ObjectId, Scene, SceneUpdate, ShadingUpdate},
     texture::{Bitmap, bitmap::ColorSpace},
-    value::Problem,
+    value::{Problem, Spanned},
 };
 
 /// What has changed in a description.
@@ -21,9 +22,14 @@ use crate::{
 pub enum Change {
     Material(usize),
     Light(usize),
-    /// The background, but for the file of its environment.
+    /// The light of the background, but for the file of its environment.
     Background,
+    /// The rotation of its environment.
+    BackgroundRotation,
+    BackgroundVisible,
     Transform(usize),
+    /// The material of an object.
+    ObjectMaterial(usize),
     /// Something else, for which the scene is compiled again.
     Other,
 }
@@ -57,6 +63,7 @@ impl Refresher {
         let (mut shading, mut update) = (ShadingUpdate::default(), SceneUpdate::default());
         let names = TextureNames::new(desc);
         let mut is_alike = true;
+        let mut painted = Vec::new();
         for change in changes {
             match *change {
                 Change::Material(at) => {
@@ -75,18 +82,28 @@ impl Refresher {
                         shading.lights.push((LightId(at as u32), light));
                     }
                 }
-                // Alone it may get another resolution than among all images.
-                Change::Background if desc.background.environment.is_some() && !store.halved().is_empty() => {
-                    is_alike = false;
-                }
-                Change::Background => {
-                    let radiance = match self.picture(desc, store) {
-                        Ok(picture) => background::radiance(&desc.background, picture, space, store.warnings()),
-                        Err(errors) => return Err(Error::Assets(errors)),
-                    };
+                Change::Background | Change::BackgroundRotation | Change::BackgroundVisible => {
                     let visible = desc.background.visible;
-                    shading.background = Some(Background { radiance, visible });
+                    match self.radiance(scene, desc, changes, store).map_err(Error::Assets)? {
+                        Some(radiance) => shading.background = Some(Background { radiance, visible }),
+                        None => is_alike = false,
+                    }
                 }
+                Change::ObjectMaterial(at) => {
+                    let object = &desc.objects[at];
+                    let named = |name: &Spanned<String>| {
+                        desc.materials
+                            .iter()
+                            .position(|material| material.name.get_ref() == name.get_ref())
+                    };
+                    match object.material.as_ref().and_then(named) {
+                        Some(material) => painted.push((ObjectId(at as u32), MaterialId(material as u32))),
+                        // The compiler says what is wrong.
+                        None => is_alike = false,
+                    }
+                }
+                // The lights of models would have to move along.
+                Change::Transform(_) if scene.lights.all().len() > desc.lights.len() => is_alike = false,
                 Change::Transform(at) if !desc.objects[at].visible => {}
                 Change::Transform(at) => {
                     let place = moved_place(&desc.objects[at], scene.origin).map_err(&mut keep).ok();
@@ -103,7 +120,34 @@ impl Refresher {
             return Err(Error::Invalid(diagnostics));
         }
         let has_moved = update.transforms.is_empty() || is_alike && scene.apply(&update).is_ok();
-        Ok(is_alike && has_moved && (shading.is_empty() || scene.reshade(shading).is_ok()))
+        let is_shaded = has_moved && is_alike && (shading.is_empty() || scene.reshade(shading).is_ok());
+        Ok(is_shaded
+            && painted
+                .into_iter()
+                .all(|(object, material)| paint(scene, object, material)))
+    }
+
+    /// The light of the background of `desc`; `None` if the scene has to be compiled again for it.
+    fn radiance(
+        &mut self,
+        scene: &Scene,
+        desc: &SceneDesc,
+        changes: &BTreeSet<Change>,
+        store: &Store,
+    ) -> Result<Option<BackgroundRadiance>, Vec<AssetError>> {
+        let old = &scene.shading.background.radiance;
+        if !changes.contains(&Change::Background) {
+            let given = desc.background.environment.as_ref();
+            let rotation = given.map(|given| background::rotation(given.get_ref()));
+            return Ok(Some(old.rotated(rotation.unwrap_or(DMat3::IDENTITY))));
+        }
+        // Alone the picture may get another resolution than among all images.
+        if desc.background.environment.is_some() && !store.halved().is_empty() {
+            return Ok(None);
+        }
+        let (space, warnings) = (desc.render.working_space, store.warnings());
+        let picture = self.picture(desc, store)?;
+        Ok(Some(background::radiance(&desc.background, picture, space, warnings)))
     }
 
     /// The picture of the environment of the background, which is read once.
@@ -121,6 +165,12 @@ impl Refresher {
         }
         Ok(self.environment.as_ref())
     }
+}
+
+/// Gives an object another material, if it has the same arrays with it.
+fn paint(scene: &mut Scene, object: ObjectId, material: MaterialId) -> bool {
+    let old = scene.geometry.objects[object.0 as usize].material;
+    are_alike(scene.material(old), scene.material(material)) && scene.paint(object, material).is_ok()
 }
 
 /// Whether a scene with `new` in place of `old` has the same arrays: what emits light is never an instance, and the images of

@@ -21,7 +21,7 @@ mod values;
 pub use diagnostics::{Diagnostics, Source};
 pub use entity::Entity;
 pub use light_group::LightGroupName;
-pub use moving::MovingScene;
+pub use moving::MovingDesc;
 pub use overrides::{Overrides, number_or_text};
 pub use read::{Error, load, parse};
 pub use samples::{AdaptiveDesc, SamplesDesc};

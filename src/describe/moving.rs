@@ -28,13 +28,13 @@ struct Changing<'d> {
 }
 
 /// A scene file whose values change over time.
-pub struct MovingScene<'d> {
+pub struct MovingDesc<'d> {
     desc: &'d SceneDesc,
     values: &'d Values,
     entities: BTreeMap<Entity, Changing<'d>>,
 }
 
-impl<'d> MovingScene<'d> {
+impl<'d> MovingDesc<'d> {
     /// The scene `desc`, for which `values` were made.
     pub fn new(desc: &'d SceneDesc, values: &'d Values) -> Self {
         let mut document = desc.document();

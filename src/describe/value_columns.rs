@@ -7,7 +7,7 @@ use toml::de::DeTable;
 use super::{
     Diagnostics, Entity, Error, Overrides, SceneDesc,
     kind_tables::another_kind,
-    moving::MovingScene,
+    moving::MovingDesc,
     names::{Component, KnownNames},
     values::{Column, Curve, ValueFile, Values},
 };
@@ -70,7 +70,7 @@ impl Values {
             }
         }
         let mut faults = Faults::new(desc);
-        let moving = MovingScene::new(desc, &values);
+        let moving = MovingDesc::new(desc, &values);
         for (entity, frames) in judged_frames(&values, &sources) {
             for frame in frames {
                 let problems = moving.entity(entity, &values.at(frame)).err().unwrap_or_default();
@@ -101,7 +101,7 @@ impl Values {
             return None;
         }
         let least = numbers().map(|(_, v)| v).fold(f64::INFINITY, f64::min);
-        let moving = MovingScene::new(desc, self);
+        let moving = MovingDesc::new(desc, self);
         let frame = numbers().next()?.0;
         let takes = |text: String| {
             let mut all = self.at(frame);

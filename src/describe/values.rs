@@ -100,6 +100,13 @@ impl Values {
             .map(move |column| (column.name.as_str(), column.curve.at(frame)))
     }
 
+    /// The keys of the values, each by the steps from its entity.
+    pub fn keys(&self) -> impl Iterator<Item = (Entity, &[String])> {
+        self.columns
+            .iter()
+            .map(|column| (column.entity, column.path.as_slice()))
+    }
+
     /// The names of the values of the camera, each with the file that has it.
     pub fn of_camera(&self) -> impl Iterator<Item = (&str, &PathBuf)> {
         let of_camera = self.columns.iter().filter(|column| column.entity == Entity::Camera);

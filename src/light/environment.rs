@@ -24,6 +24,7 @@
 use std::{
     f32::consts::{PI, TAU},
     slice,
+    sync::Arc,
 };
 
 use glam::Mat3;
@@ -57,12 +58,12 @@ pub struct EnvironmentDesc {
 #[derive(Clone, Debug)]
 pub struct Environment {
     /// Row by row from the top, in W m^-2 sr^-1.
-    texels: Vec<Rgb>,
+    texels: Arc<[Rgb]>,
     width: usize,
     height: usize,
     world_from_map: Mat3,
     /// The density of directions; `None` if no direction is brighter than the others.
-    importance: Option<ImportanceMap>,
+    importance: Option<Arc<ImportanceMap>>,
     /// Texels of the picture with a number below 0, which became 0.
     pub clamped: u64,
 }
@@ -109,15 +110,23 @@ impl Environment {
             })
             .sum();
         let mut environment = Self {
-            texels,
+            texels: texels.into(),
             width,
             height,
             world_from_map: world_from_map.as_mat3(),
             importance: None,
             clamped,
         };
-        environment.importance = ImportanceMap::new(&environment.luminances(), [width, height]);
+        environment.importance = ImportanceMap::new(&environment.luminances(), [width, height]).map(Arc::new);
         environment
+    }
+
+    /// The same light, rotated by `world_from_map` instead. It shares the texels.
+    pub fn rotated(&self, world_from_map: DMat3) -> Self {
+        Self {
+            world_from_map: world_from_map.as_mat3(),
+            ..self.clone()
+        }
     }
 
     /// Whether [`Environment::sample`] returns samples.

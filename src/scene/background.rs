@@ -7,7 +7,7 @@ use crate::{
         LightSample,
         environment::{Environment, EnvironmentLight},
     },
-    math::{Dispatch, Rgb, Vec2, Vec3},
+    math::{DMat3, Dispatch, Rgb, Vec2, Vec3},
 };
 
 /// The background of a scene.
@@ -48,6 +48,14 @@ impl Background {
 impl BackgroundRadiance {
     pub fn environment(environment: Environment) -> Self {
         Self::Environment(Arc::new(environment))
+    }
+
+    /// The same with this rotation of its environment map, if it has one. It shares the texels.
+    pub fn rotated(&self, world_from_map: DMat3) -> Self {
+        match self {
+            Self::Color(color) => Self::Color(*color),
+            Self::Environment(environment) => Self::environment(environment.rotated(world_from_map)),
+        }
     }
 
     /// Whether it is known to be black in all directions.

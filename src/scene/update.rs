@@ -8,12 +8,18 @@
 //! Shapes and instances ([`super::SceneBuilder::instance`]) can be moved; a mesh that is baked into world space can only be
 //! deformed.
 
-use std::{collections::HashMap, sync::Arc};
+use std::{
+    collections::{HashMap, HashSet},
+    sync::Arc,
+};
 
-use super::{Lights, ObjectFromGroup, ObjectId, Scene, ShadingUpdate, builder::GroupId, contacts::Contacts};
+use super::{
+    Lights, MeshRecord, ObjectFromGroup, ObjectId, Scene, ShadingUpdate, builder::GroupId, contacts::Contacts,
+};
 use crate::{
     accel::UpdateReport,
-    geometry::{BuildError, Edit, InstanceId},
+    geometry::{BuildError, Edit, InstanceId, MeshGroup},
+    material::MaterialId,
     math::{Transform, Vec3, Vec4},
 };
 
@@ -48,7 +54,7 @@ pub struct SceneUpdate {
 /// The reason why an update failed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SceneUpdateError {
-    #[error("object {} has nothing that can be moved: its meshes are baked into the world", .0.0)]
+    #[error("object {} cannot be moved: it has no shapes and instances, or meshes that are baked into the world", .0.0)]
     NotMovable(ObjectId),
     #[error("there is no mesh {}", .0.0)]
     NoSuchMesh(MeshId),
@@ -67,6 +73,14 @@ pub enum SceneUpdateError {
     TooFewMaterials { found: usize, expected: usize },
     #[error(transparent)]
     Build(#[from] BuildError),
+}
+
+/// Whether a mesh is in world space, and in none of these groups, which are in the order of their triangles.
+fn is_baked(mesh: &MeshRecord, groups: &[MeshGroup]) -> bool {
+    let next = groups.partition_point(|group| group.triangles.end <= mesh.triangles.start);
+    groups
+        .get(next)
+        .is_none_or(|group| group.triangles.start > mesh.triangles.start)
 }
 
 impl Scene {
@@ -141,6 +155,31 @@ impl Scene {
             && (shapes.into_iter().any(is_of) || meshes.into_iter().any(|mesh| emits(mesh.material)))
     }
 
+    /// Gives all parts of an object another material. Builds no acceleration structure, and the lights only if one of the materials
+    /// shines. On error the scene is unchanged.
+    ///
+    /// # Errors
+    /// The geometry is shared with another scene.
+    pub fn paint(&mut self, object: ObjectId, material: MaterialId) -> Result<(), SceneUpdateError> {
+        let geometry = Arc::get_mut(&mut self.geometry).ok_or(SceneUpdateError::Shared)?;
+        let old = std::mem::replace(&mut geometry.objects[object.0 as usize].material, material);
+        for record in geometry.instances.iter_mut().filter(|record| record.object == object) {
+            record.material = Some(material);
+        }
+        let groups = &geometry.accel.geometry().groups;
+        let own = geometry.meshes.iter_mut().filter(|mesh| mesh.object == object);
+        for mesh in own.filter(|mesh| is_baked(mesh, groups)) {
+            mesh.material = material;
+        }
+        if [old, material]
+            .iter()
+            .any(|id| self.shading.material(*id).emission().is_some())
+        {
+            self.lights = Lights::new(&self.geometry, &self.shading);
+        }
+        Ok(())
+    }
+
     /// Returns the change of the geometry, and the instances whose object's space is no longer world space, with the transform
     /// to that space.
     fn edit(&self, update: &SceneUpdate) -> Result<(Edit, Vec<(usize, Transform)>), SceneUpdateError> {
@@ -150,6 +189,15 @@ impl Scene {
             edit.vertices.push(self.checked(pose)?);
         }
         let geometry = self.geometry.accel.geometry();
+        let baked = self
+            .geometry
+            .meshes
+            .iter()
+            .filter(|mesh| is_baked(mesh, &geometry.groups));
+        let baked: HashSet<u32> = baked.map(|mesh| mesh.object.0).collect();
+        if let Some((object, _)) = update.transforms.iter().find(|(object, _)| baked.contains(&object.0)) {
+            return Err(SceneUpdateError::NotMovable(*object));
+        }
         let mut moved: HashMap<u32, (Transform, bool)> =
             update.transforms.iter().map(|(o, t)| (o.0, (*t, false))).collect();
         for (shape, object) in (0..).zip(&self.geometry.shape_objects) {

@@ -7,7 +7,7 @@ use crate::{
     assets::{Files, camera_path},
     batch::{FrameRange, Request},
     camera::{Camera, FilmSize, FrameCamera, Lens, Neighbours, SceneCamera, path::CameraPath},
-    describe::{MovingScene, SceneDesc, Values},
+    describe::{MovingDesc, SceneDesc, Values},
     error::Error,
     math::DVec3,
     warnings::WarningKind,
@@ -174,7 +174,7 @@ fn warn_of_columns(file: &Path, path: &CameraPath, request: &Request) {
 /// The scene's own camera, whose values may change over time.
 struct OwnCamera<'a> {
     still: Option<SceneCamera>,
-    moving: Option<MovingScene<'a>>,
+    moving: Option<MovingDesc<'a>>,
 }
 
 impl<'a> OwnCamera<'a> {
@@ -182,7 +182,7 @@ impl<'a> OwnCamera<'a> {
         let values = values.filter(|values| values.of_camera().next().is_some());
         Self {
             still,
-            moving: values.map(|values| MovingScene::new(desc, values)),
+            moving: values.map(|values| MovingDesc::new(desc, values)),
         }
     }
 

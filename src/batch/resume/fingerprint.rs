@@ -105,6 +105,9 @@ struct Hashed<'a> {
     /// The values of the scene at the frame, if any change over time.
     #[serde(skip_serializing_if = "Option::is_none")]
     moment: Option<Vec<(&'a str, String)>>,
+    /// Those at the neighbouring frames, if a pass follows motion.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    neighbour_moments: Option<[Vec<(&'a str, String)>; 2]>,
     /// Those at the frame that the exposure suits.
     #[serde(skip_serializing_if = "Option::is_none")]
     metered_moment: Option<Vec<(&'a str, String)>>,
@@ -152,6 +155,10 @@ impl<'a> Hashed<'a> {
         }
         let metered = picture.metering_camera.as_ref().map(|_| plan.first_frame);
         let moment = frame.and_then(|(number, _)| plan.moment(f64::from(number)));
+        let neighbour_moments = frame.filter(|_| motion).and_then(|(number, _)| {
+            let [before, after] = [-1.0, 1.0].map(|step| plan.moment(f64::from(number) + step));
+            Some([before?, after?])
+        });
         let (number, camera) = frame.unzip();
         let number = number.unwrap_or(0);
         Self {
@@ -176,6 +183,7 @@ impl<'a> Hashed<'a> {
             camera: camera.map(|camera| camera.clone().with_neighbours(Neighbours::default())),
             neighbours: camera.filter(|_| motion).map(|camera| *camera.neighbours()),
             moment,
+            neighbour_moments,
             metered_moment: metered.and_then(|first| plan.moment(first)),
             shown: picture.shown,
             view: picture.view,

@@ -50,6 +50,13 @@ material = "red"
 shape.mesh = { file = "far.obj" }
 transform = { translate = [-5000, 0, -3000], scale = 1 }
 [[object]]
+name = "lit"
+shape.mesh = { file = "lit.obj" }
+transform = { translate = [3, 1, 0] }
+[[object]]
+name = "dots"
+shape.mesh = { file = "dots.ply", radius = 0.2 }
+[[object]]
 name = "floor"
 material = "squares"
 shape.cuboid = { min = [-5, -1, -5], max = [5, -0.7, 5] }
@@ -60,6 +67,12 @@ point = { position = [3, 4, 5], intensity = 40 }
 
 const ROOF: &str = "v -1 0 -1\nv 1 0 -1\nv 1 0 1\nv -1 0 1\nv 0 1 0\nf 1 2 5\nf 2 3 5\nf 3 4 5\nf 4 1 5\nf 4 3 2 1\n";
 
+/// A model of two parts, of which one shines.
+const LIT: &str = "mtllib lit.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nv 0 0 1\nusemtl lamp\nf 1 2 3\nusemtl dull\nf 1 3 4\n";
+
+const DOTS: &str = "ply\nformat ascii 1.0\nelement vertex 2\nproperty float x\nproperty float y\nproperty float z\n\
+                    end_header\n-1 1 2\n1 0.5 2\n";
+
 /// A folder with the scene, its files and a table.
 fn folder(table: &str) -> tempfile::TempDir {
     let folder = tempfile::tempdir().expect("a temporary folder");
@@ -68,6 +81,9 @@ fn folder(table: &str) -> tempfile::TempDir {
     write("roof.obj", ROOF.as_bytes());
     let far = "v 5001 0 3000\nv 5002 0 3000\nv 5001 1.5 3000\nf 1 2 3\n";
     write("far.obj", far.as_bytes());
+    write("lit.obj", LIT.as_bytes());
+    write("lit.mtl", b"newmtl lamp\nKe 4 4 4\nnewmtl dull\nKd 0.5 0.5 0.5\n");
+    write("dots.ply", DOTS.as_bytes());
     write("v.csv", table.as_bytes());
     let texels: Vec<u8> = (0..8)
         .flat_map(|i| [200, 30 * i as u8, 30, 127 + i as u8 % 3])
@@ -130,6 +146,9 @@ fn a_scene_that_is_changed_equals_one_that_is_compiled_for_its_time() {
         ("object.roof.transform.scale", "1", "1.5"),
         ("object.roof 2.transform.translate.x", "-2", "0.3"),
         ("object.far.transform.translate.x", "-5000", "-5003.3"),
+        ("object.lit.transform.translate.x", "3", "2"),
+        ("object.dots.transform.translate.y", "0", "1"),
+        ("object.roof.material", "glass", "red"),
         ("object.ball.visible", "1", "0"),
         ("object.roof.visible", "true", "false"),
         ("object.ball.shape.sphere.radius", "0.7", "1.2"),
