@@ -25,7 +25,7 @@ use crate::{
     error::Error,
     film::Film,
     output::png::data::MOST_IDS,
-    render::{Control, RenderError, Renderer},
+    render::{Control, RenderError, Renderer, StillScene},
     scene::{Scene, SceneBuildError, SceneBuilder},
 };
 
@@ -231,7 +231,12 @@ impl Job {
     pub fn render_frame(&self, scene: &Scene, index: usize) -> Result<Film, RenderError> {
         let (plan, frame) = (&self.plan, &self.plan.frames[index]);
         let camera = CameraRig::new(plan, scene).camera(plan, frame);
-        plan.render_frame(&Renderer::new(), scene, (frame, &camera), &Control::default())
+        plan.render_frame(
+            &Renderer::new(),
+            &mut StillScene(scene),
+            (frame, &camera),
+            &Control::default(),
+        )
     }
 
     /// Finds out, and changes nothing, whether a file that the job writes is one that it has read so far, is written twice, or

@@ -8,6 +8,7 @@
 
 mod as_text;
 mod events;
+mod frame_scenes;
 pub mod inventory;
 mod job;
 mod plan;

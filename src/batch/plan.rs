@@ -33,13 +33,14 @@ use crate::{
     film::Film,
     math::DVec3,
     output::{self, Attribute, Coverage, Encoding, FilePattern, Format, FrameMetadata},
-    render::{self, Content, Control, RenderError, Renderer},
-    scene::{Background, Scene},
+    render::{self, Content, Control, FrameScenes, Renderer},
+    scene::Background,
     value::Exposure,
     warnings::Warnings,
 };
 use cameras::{JobCameras, cameras};
 use denoise_options::{DenoisePlan, DenoiseSteps};
+use memory::KeptSums;
 use patterns::Patterns;
 use picture::PicturePlan;
 
@@ -108,8 +109,12 @@ impl Plan {
         let patterns = Patterns::new(desc, request)?;
         let mut picture = PicturePlan::new(desc, request, &patterns.rendered)?;
         let files = FilePlan::new(desc, request, &picture, &patterns)?;
-        memory::take(desc, &picture, request.policy.checkpoint, inputs.memory())?;
         let values = values::values(desc, request, inputs)?;
+        let sums = KeptSums {
+            moves: values.is_some(),
+            checkpoint: request.policy.checkpoint.is_some(),
+        };
+        memory::take(desc, &picture, sums, inputs.memory())?;
         let JobCameras {
             frames,
             beside,
@@ -169,18 +174,18 @@ impl Plan {
     ///
     /// # Errors
     /// The frame was cancelled, or a pass shows a light group that the scene does not have.
-    pub fn render_frame(
+    pub fn render_frame<S: FrameScenes>(
         &self,
         renderer: &Renderer,
-        scene: &Scene,
+        scenes: &mut S,
         (frame, camera): (&PlannedFrame, &FrameCamera),
         control: &Control<'_>,
-    ) -> Result<Film, RenderError> {
+    ) -> Result<Film, S::Error> {
         let settings = render::Settings {
             noise_frame: self.picture.seed_mode.frame(frame.number),
             ..self.picture.settings.clone()
         };
-        renderer.render(scene, camera, self.picture.integrator.as_dyn(), &settings, control)
+        renderer.render_moving(scenes, camera, self.picture.integrator.as_dyn(), &settings, control)
     }
 
     /// The names of the values of the scene and what they are at a frame, in TOML; `None` where no value changes over time.

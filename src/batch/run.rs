@@ -11,8 +11,14 @@ use rayon::ThreadPoolBuilder;
 
 use super::{
     CameraRig, Existing, Fingerprint, FrameError, FrameFailure, JobEvent, Observer, OnFailure, Plan, PlannedFrame,
-    Scenes, StaleReason, Summary, Survey, plan::time_limit, products::sidecars, resume::checkpoint, resume::failure,
-    resume::frame_interrupts::FrameInterrupts, sight,
+    Scenes, StaleReason, Summary, Survey,
+    frame_scenes::{Failed, ScenesOfFrame},
+    plan::time_limit,
+    products::sidecars,
+    resume::checkpoint,
+    resume::failure,
+    resume::frame_interrupts::FrameInterrupts,
+    sight,
 };
 use crate::{
     camera::FrameCamera,
@@ -161,8 +167,16 @@ fn render_all<'a>(
             ..*control
         };
         let attempt = failure::catch(|| {
-            let scene = scenes.seek(f64::from(frame.number))?;
-            Ok(plan.render_frame(&renderer, scene, (frame, &camera), &own_control))
+            let mut of_frame = ScenesOfFrame {
+                scenes: &mut *scenes,
+                number: frame.number,
+                camera: &camera,
+            };
+            match plan.render_frame(&renderer, &mut of_frame, (frame, &camera), &own_control) {
+                Ok(film) => Ok(Ok(film)),
+                Err(Failed::Render(error)) => Ok(Err(error)),
+                Err(Failed::Scene(error)) => Err(error),
+            }
         });
         let film = match attempt.and_then(|found: Result<_, Error>| found.map_err(FrameError::from)) {
             Ok(film) => film?,

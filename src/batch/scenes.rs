@@ -106,6 +106,12 @@ impl<'j> Scenes<'j> {
         Ok(&self.scene)
     }
 
+    /// The values that change over time, as they are at a time in frames.
+    pub(super) fn values_at(&self, frame: f64) -> Vec<String> {
+        let moving = self.moving.as_ref();
+        moving.map(|moving| moving.values.at(frame)).unwrap_or_default()
+    }
+
     /// The scene that was sought last. Its names and ids are those of all frames.
     pub fn current(&self) -> &Scene {
         &self.scene

@@ -21,6 +21,9 @@ pub struct FrameCamera {
     neighbours: Neighbours,
     /// The time while the shutter is open, in frames.
     exposure: f64,
+    /// The time at which it opens, in frames from that of the picture. The cameras and the scene are those of its times already.
+    #[serde(skip)]
+    open: f64,
 }
 
 /// The cameras of the frames before and after, as their shutters open; `None` where there is no such frame.
@@ -62,6 +65,7 @@ impl FrameCamera {
             cameras,
             neighbours: Neighbours::default(),
             exposure: 0.0,
+            open: 0.0,
         }
     }
 
@@ -70,9 +74,18 @@ impl FrameCamera {
         Self { neighbours, ..self }
     }
 
-    /// Returns this camera with a shutter that is open for so many frames.
-    pub fn with_exposure(self, exposure: f64) -> Self {
-        Self { exposure, ..self }
+    /// Returns this camera with a shutter that is open between these times, in frames from that of the picture.
+    pub fn with_shutter(self, open: f64, close: f64) -> Self {
+        Self {
+            exposure: close - open,
+            open,
+            ..self
+        }
+    }
+
+    /// The time at the fraction `u`, from 0 to 1, of the time while the shutter is open, in frames from that of the picture.
+    pub fn shutter_time(&self, u: f64) -> f64 {
+        self.open + self.exposure * u
     }
 
     /// The time while the shutter is open, in frames; 0 without motion blur.
@@ -109,6 +122,7 @@ impl FrameCamera {
         let Neighbours { previous, next } = self.neighbours;
         Self {
             exposure: self.exposure,
+            open: self.open,
             cameras: match &self.cameras {
                 Cameras::Still(camera) => Cameras::Still(camera.moved(by)),
                 Cameras::Moving(cameras) => Cameras::Moving(Box::new(cameras.map(|camera| camera.moved(by)))),

@@ -181,6 +181,8 @@ pub struct CameraPath {
     orientation: OrientationTrack,
     lens: LensTracks,
     shutter: Track<Shutter>,
+    /// The shutter where no key gives one.
+    scene_shutter: Shutter,
     /// The times at which the camera jumps: those of the keys that follow a held one.
     cuts: Vec<f64>,
     /// By the frame from which on they hold.
@@ -212,6 +214,7 @@ impl CameraPath {
                 shift_y: track(keys, |k| k.lens.shift_y),
             },
             shutter: track(keys, |k| k.shutter),
+            scene_shutter: Shutter::default(),
             cuts: keys
                 .iter()
                 .zip(&keys[1..])
@@ -225,6 +228,11 @@ impl CameraPath {
         };
         keys.iter().try_for_each(|k| path.pose(k.frame).map(drop))?;
         Ok(path)
+    }
+
+    /// Returns this path with the shutter of the scene's camera, where no key gives one.
+    pub fn with_scene_shutter(self, scene_shutter: Shutter) -> Self {
+        Self { scene_shutter, ..self }
     }
 
     /// The time of the first key, in frames.
@@ -314,7 +322,7 @@ impl CameraPath {
     /// # Errors
     /// As those of [`CameraPath::at`].
     pub fn frame_camera(&self, frame: f64, scene: &Lens, film: FilmSize) -> Result<FrameCamera, PathError> {
-        let interval = self.shutter_interval(frame, Shutter::default())?;
+        let interval = self.shutter_interval(frame, self.scene_shutter)?;
         let camera = |u: f64| Ok(self.at(interval.time(u))?.camera(scene, film));
         let own = if interval.time(0.0) == interval.time(1.0) {
             FrameCamera::from(camera(0.0)?)
@@ -324,12 +332,12 @@ impl CameraPath {
         let neighbour = |frame: f64| {
             // Nothing moves over a cut.
             let is_same_shot = (interval.begin..=interval.end).contains(&frame);
-            let interval = self.shutter_interval(frame, Shutter::default()).ok()?;
+            let interval = self.shutter_interval(frame, self.scene_shutter).ok()?;
             let state = self.at(interval.time(0.0)).ok().filter(|_| is_same_shot)?;
             Some(state.camera(scene, film))
         };
         let Shutter { open, close } = interval.shutter;
-        Ok(own.with_exposure(close - open).with_neighbours(Neighbours {
+        Ok(own.with_shutter(open, close).with_neighbours(Neighbours {
             previous: neighbour(frame - 1.0),
             next: neighbour(frame + 1.0),
         }))

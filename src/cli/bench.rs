@@ -18,7 +18,7 @@ use batch_render::{
     film::Film,
     geometry::Geometry,
     output::{EncodeError, FrameImage, atomic},
-    render::{Control, RenderError, Renderer},
+    render::{Control, RenderError, Renderer, StillScene},
     scene::Scene,
     simd::Isa,
 };
@@ -105,8 +105,12 @@ struct FirstFrame<'a> {
 
 impl Subject for FirstFrame<'_> {
     fn render(&self, control: &Control<'_>) -> Result<Film, RenderError> {
-        self.plan
-            .render_frame(&Renderer::new(), self.scene, (self.frame, &self.camera), control)
+        self.plan.render_frame(
+            &Renderer::new(),
+            &mut StillScene(self.scene),
+            (self.frame, &self.camera),
+            control,
+        )
     }
 
     fn encode(&self, film: &Film) -> Result<(), EncodeError> {

@@ -32,7 +32,10 @@ const fn table(what: &'static str, kinds: &'static [&'static str]) -> KindTable 
     }
 }
 
-pub(super) static CAMERA: KindTable = table("camera", CameraDesc::NAMES);
+pub(super) static CAMERA: KindTable = KindTable {
+    beside: &["shutter"],
+    ..table("camera", CameraDesc::NAMES)
+};
 pub(super) static FILTER: KindTable = table("filter", FilterDesc::NAMES);
 pub(super) static INTEGRATOR: KindTable = table("integrator", IntegratorDesc::NAMES);
 pub(super) static MAPPING: KindTable = table("mapping", MappingDesc::NAMES);

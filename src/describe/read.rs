@@ -11,7 +11,7 @@ use super::{
     scene::*,
 };
 use crate::{
-    camera::CameraDesc,
+    camera::{CameraDesc, path::Shutter},
     integrator::{IntegratorDesc, replacing_pass},
     light::LightDesc,
     material::MaterialDesc,
@@ -168,7 +168,13 @@ impl Reader<'_> {
         let render: RenderDesc = render.and_then(|v| self.entity(v)).unwrap_or_default();
         render.check(&mut self.problems);
         let values = take(VALUES).and_then(|v| self.entity(v));
-        let camera = take("camera").and_then(|v| self.camera(v));
+        let mut camera = take("camera");
+        let shutter = camera.as_mut().and_then(take_shutter);
+        // The camera of a path or of a model has no kind here.
+        let is_alone =
+            |v: &Value<'_>| shutter.is_some() && matches!(v.get_ref(), DeValue::Table(table) if table.is_empty());
+        let camera = camera.filter(|v| !is_alone(v)).and_then(|v| self.camera(v));
+        let shutter = shutter.and_then(|v| self.shutter(v)).unwrap_or_default();
         let background = take("background").and_then(|v| self.entity(v)).unwrap_or_default();
         let output: OutputDesc = take("output").and_then(|v| self.entity(v)).unwrap_or_default();
         output.check(&mut self.problems);
@@ -183,6 +189,7 @@ impl Reader<'_> {
             values,
             render,
             camera,
+            shutter,
             background,
             textures,
             materials,
@@ -193,8 +200,9 @@ impl Reader<'_> {
     }
 
     /// Parses the table of a camera.
-    pub fn camera(&mut self, value: Value<'_>) -> Option<Spanned<CameraDesc>> {
+    pub fn camera(&mut self, mut value: Value<'_>) -> Option<Spanned<CameraDesc>> {
         let span = value.span();
+        take_shutter(&mut value);
         self.kind(value, &kind_tables::CAMERA).map(|c| Spanned::new(span, c))
     }
 
@@ -233,6 +241,18 @@ impl Reader<'_> {
         T::deserialize(ValueDeserializer::from(value))
             .map_err(|e| self.problems.push(from_toml(&e, self.overrides)))
             .ok()
+    }
+
+    /// Parses the times at which a shutter opens and closes.
+    fn shutter(&mut self, value: Value<'_>) -> Option<Shutter> {
+        let span = value.span();
+        let [open, close]: [f64; 2] = self.entity(value)?;
+        let is_valid = open.is_finite() && close.is_finite() && open <= close;
+        if !is_valid {
+            let message = format!("a shutter closes after it opens, not at {close} after {open}");
+            self.problems.push(Problem::at(span, message));
+        }
+        is_valid.then_some(Shutter { open, close })
     }
 
     /// Parses a table with one key, which names its kind.
@@ -408,5 +428,13 @@ fn from_toml(e: &toml::de::Error, overrides: &Overrides) -> Problem {
         span: e.span(),
         message: message.to_owned(),
         help: None,
+    }
+}
+
+/// Takes the shutter out of the table of a camera.
+fn take_shutter<'i>(camera: &mut Value<'i>) -> Option<Value<'i>> {
+    match camera.get_mut() {
+        DeValue::Table(table) => table.remove("shutter"),
+        _ => None,
     }
 }

@@ -33,7 +33,7 @@ use serde::Deserialize;
 
 use super::{LightGroupName, OutputDesc, RenderDesc, Source};
 use crate::{
-    camera::CameraDesc,
+    camera::{CameraDesc, path::Shutter},
     light::{LightDesc, environment::EnvironmentDesc},
     material::MaterialDesc,
     math::{Transform, transform},
@@ -49,7 +49,7 @@ pub struct SceneDesc {
     /// The file of values that change over time, see [`Values`](super::Values).
     pub values: Option<Spanned<String>>,
     pub render: RenderDesc,
-    /// The scene's own camera. The table has one key, which names the kind of camera.
+    /// The scene's own camera. The table has a key that names the kind of camera, and may have a shutter.
     ///
     /// A camera path moves this camera and may change its lens; without one it renders a single frame. The camera looks
     /// along its own -z, with +y up and +x to the right.
@@ -57,8 +57,15 @@ pub struct SceneDesc {
     /// ```toml
     /// [camera]
     /// perspective = { eye = [0, 1, 5], target = [0, 1, 0], fov = 40 }
+    /// shutter = [0, 0.5]
     /// ```
+    ///
+    /// `shutter = [open, close]` are the times at which the shutter opens and closes, in frames from that of the picture. What
+    /// moves between them is blurred. By default both are 0, and nothing is. Columns of the camera path win. The key may stand alone
+    /// where a camera path or a model has the camera.
     pub camera: Option<Spanned<CameraDesc>>,
+    /// The shutter of the scene's camera.
+    pub shutter: Shutter,
     pub background: BackgroundDesc,
     pub textures: Vec<TextureEntry>,
     pub materials: Vec<MaterialEntry>,

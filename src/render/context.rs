@@ -56,7 +56,7 @@ impl<'a> RenderContext<'a> {
     pub fn new(scene: &'a Scene, frame: &'a FrameInputs<'a>, moment: Option<Moment>) -> Self {
         let FrameInputs { camera, settings, .. } = frame;
         let (frame_camera, opening) = (camera, camera.camera(0.0));
-        let camera = moment.map_or(opening, |moment| frame_camera.camera(moment.time() as f32));
+        let camera = moment.map_or(opening, |moment| frame_camera.camera(moment.fraction() as f32));
         // A sample has its share of the centre pixel; other pixels subtend no larger angle.
         let cone = || camera.pixel_cone().shared(settings.samples.max);
         Self {

@@ -13,11 +13,12 @@ mod camera_rays;
 mod context;
 mod control;
 mod error;
+mod frame_scenes;
 mod interrupts;
 mod invalid_samples;
 mod moments;
-mod moving_scene;
 mod sample_block;
+mod scene_time;
 pub mod schedule;
 mod settings;
 mod tile_result;
@@ -31,16 +32,17 @@ mod wave_stats;
 pub use adaptive::AdaptiveSampling;
 pub use control::{Cancel, Cancelled, Control, Counters, TileSink};
 pub use error::RenderError;
+pub use frame_scenes::{FrameScenes, StillScene};
 pub use interrupts::{Interrupts, PartialFrame, ShowRequest};
 pub use invalid_samples::InvalidSamples;
-pub use moving_scene::{MovingScene, SceneTime};
+pub use moments::moment_times;
+pub use scene_time::SceneTime;
 pub use schedule::SampleBudget;
 pub use settings::{Content, Settings};
 pub use tile_result::TileResult;
 
 use context::FrameInputs;
 use moments::Moments;
-use moving_scene::StillScene;
 use wave_pool::WavePool;
 
 /// Renders frames, and reuses the memory of its waves.
@@ -81,7 +83,7 @@ impl Renderer {
     ///
     /// # Errors
     /// As those of [`Renderer::render`], and those of the scene.
-    pub fn render_moving<S: MovingScene>(
+    pub fn render_moving<S: FrameScenes>(
         &self,
         scenes: &mut S,
         frame_camera: &FrameCamera,
@@ -93,11 +95,12 @@ impl Renderer {
         let layout = settings.film_layout(picture_of(integrator), scene.shading.light_groups.names());
         let layout = layout.map_err(RenderError::from)?.with_mattes(|| scene.mattes());
         let camera = frame_camera.moved(-scene.origin);
-        let moves = !scenes.is_still();
+        let can_blur = camera.exposure() > 0.0 && settings.content == Content::Light;
+        let moves = can_blur && !scenes.is_still(moment_times(settings));
         let follows_motion = layout.planes().iter().any(|plane| plane.pass.follows_motion());
         let frame = FrameInputs {
-            motion: match moves && follows_motion {
-                true => Some(moving_scene::motion(scenes, camera.neighbours())?),
+            motion: match follows_motion {
+                true => frame_scenes::motion(scenes, camera.neighbours(), moves)?,
                 false => None,
             },
             accumulators: settings.accumulator_layout(&layout),
@@ -106,9 +109,12 @@ impl Renderer {
             settings,
             layout: &layout,
         };
-        let blurs = moves && frame.camera.exposure() > 0.0 && settings.content == Content::Light;
-        let moments = blurs.then(|| Moments::new(settings));
-        tiles::render(&frame, (scenes, moments), &self.waves, control)
+        tiles::render(
+            &frame,
+            (scenes, moves.then(|| Moments::new(settings))),
+            &self.waves,
+            control,
+        )
     }
 }
 

@@ -9,7 +9,7 @@
 //! stratum are dealt out to the pixels of a square, so that neighbours take different ones: `2^m` by `2^m` pixels with `n` samples
 //! each take `4^m n` different moments, as long as there are so many.
 
-use super::{Settings, schedule::WAVE_SIZE};
+use super::{Settings, scene_time::SceneTime, schedule::WAVE_SIZE};
 use crate::{
     film::{TileAccumulator, Window},
     math::hash::mix32,
@@ -67,32 +67,12 @@ impl Moments {
     pub fn get(self, index: u32) -> Moment {
         Moment { all: self, index }
     }
+}
 
-    /// The random numbers of a square of pixels of this level, a word for each of `uses`.
-    fn hash(self, [x, y]: [u32; 2], uses: u32) -> u32 {
-        mix32(mix32(mix32(self.seed ^ uses) ^ x).wrapping_add(y))
-    }
-
-    /// The place of a pixel's moment among those of stratum `stratum`: two bits for its place in a square of two by two
-    /// pixels, two for the place of that in a larger square, and so on.
-    #[inline]
-    fn place(self, [x, y]: [u32; 2], stratum: u32) -> u32 {
-        let mut left = self.bits - self.run_bits;
-        let (mut place, mut level) = (0, 0);
-        while left > 0 {
-            let square = [x >> level >> 1, y >> level >> 1];
-            let random = self.hash(square, 1 + (level << 16 | stratum));
-            let (a, b) = (x >> level & 1, y >> level & 1);
-            let (a, b) = if random & 4 == 0 { (a, b) } else { (b, a) };
-            let taken = left.min(2);
-            // Each row and each column of two pixels has one of both halves.
-            let own = if taken == 2 { (a ^ b) << 1 | b } else { a ^ b };
-            place = place << taken | (own ^ random) & ((1 << taken) - 1);
-            left -= taken;
-            level += 1;
-        }
-        place
-    }
+/// The times of the shutter at which a scene that moves is sought.
+pub fn moment_times(settings: &Settings) -> impl Iterator<Item = SceneTime> {
+    let moments = Moments::new(settings);
+    (0..moments.count()).map(move |index| moments.get(index).time())
 }
 
 impl Moment {
@@ -102,8 +82,12 @@ impl Moment {
     }
 
     /// Its time as a fraction of the shutter, in the middle of its part.
-    pub fn time(self) -> f64 {
+    pub fn fraction(self) -> f64 {
         (f64::from(self.index) + 0.5) / f64::from(self.all.count())
+    }
+
+    pub fn time(self) -> SceneTime {
+        SceneTime::Shutter(self.fraction())
     }
 
     /// The number of tiles of this area whose samples of the moment make a wave, if they get so many samples.
@@ -113,36 +97,100 @@ impl Moment {
 
     /// Appends those of the samples `first..end` of the pixels of `tile` that belong to the moment.
     pub fn list(self, tile: Window, [first, end]: [u32; 2], keys: &mut SampleKeys) {
-        let (columns, rows) = (tile.x0..tile.x1, tile.y0..tile.y1);
-        for top in rows.step_by(SQUARE as usize) {
-            for left in columns.clone().step_by(SQUARE as usize) {
-                for y in top..tile.y1.min(top + SQUARE) {
-                    for x in left..tile.x1.min(left + SQUARE) {
-                        self.list_pixel([x as u32, y as u32], [first, end], keys);
-                    }
+        let Moments { run_bits, seed, .. } = self.all;
+        let (choice, stratum) = (PlaceInStratum::new(self), self.stratum());
+        for (x, y) in squares(tile) {
+            if !choice.is_of([x, y]) {
+                continue;
+            }
+            for run in first >> run_bits..=(end - 1) >> run_bits {
+                // Its lowest bits are the highest of the stratum.
+                let order = hash(mix32(seed ^ (1 << 31 | run)), [x, y]) ^ stratum;
+                let in_run = order.reverse_bits().checked_shr(32 - run_bits).unwrap_or(0);
+                let sample = run << run_bits | in_run;
+                if (first..end).contains(&sample) {
+                    keys.columns.push(x);
+                    keys.rows.push(y);
+                    keys.samples.push(sample);
                 }
             }
         }
     }
 
-    fn list_pixel(self, pixel: [u32; 2], [first, end]: [u32; 2], keys: &mut SampleKeys) {
-        let Self { all, index } = self;
-        let Moments { bits, run_bits, .. } = all;
-        let (stratum, place) = (index >> (bits - run_bits), index & ((1 << (bits - run_bits)) - 1));
-        if all.place(pixel, stratum) != place {
-            return;
-        }
-        let last = (end - 1) >> run_bits;
-        for run in first >> run_bits..=last {
-            // Its lowest bits are the highest of the stratum.
-            let order = all.hash(pixel, 1 << 31 | run) ^ stratum;
-            let in_run = order.reverse_bits().checked_shr(32 - run_bits).unwrap_or(0);
-            let sample = run << run_bits | in_run;
-            if (first..end).contains(&sample) {
-                keys.push(pixel, sample..sample + 1);
-            }
-        }
+    /// The part of the shutter in which every run of a pixel has one sample.
+    fn stratum(self) -> u32 {
+        self.index >> (self.all.bits - self.all.run_bits)
     }
+}
+
+/// The choice of the pixels that take a moment in its stratum: two bits of its place there are the place of a pixel in a square
+/// of two by two, two more that of the square in a larger one, and so on.
+struct PlaceInStratum {
+    levels: [Level; BITS[0].div_ceil(2) as usize],
+    count: usize,
+}
+
+/// The squares of a level, the wanted place in them, its bits, and the seed of their random numbers.
+#[derive(Clone, Copy, Default)]
+struct Level {
+    place: u32,
+    bits: u32,
+    seed: u32,
+}
+
+impl PlaceInStratum {
+    fn new(moment: Moment) -> Self {
+        let mut left = moment.all.bits - moment.all.run_bits;
+        let (mut levels, mut count) = ([Level::default(); _], 0);
+        while left > 0 {
+            let bits = left.min(2);
+            left -= bits;
+            levels[count] = Level {
+                place: moment.index >> left & ((1 << bits) - 1),
+                bits,
+                seed: mix32(moment.all.seed ^ (1 + ((count as u32) << 16 | moment.stratum()))),
+            };
+            count += 1;
+        }
+        Self { levels, count }
+    }
+
+    #[inline(always)]
+    fn is_of(&self, [x, y]: [u32; 2]) -> bool {
+        (0..).zip(&self.levels[..self.count]).all(|(level, own)| {
+            let random = hash(own.seed, [x >> level >> 1, y >> level >> 1]);
+            let (a, b) = (x >> level & 1, y >> level & 1);
+            let b = if random & 4 == 0 { b } else { a };
+            // Each row and each column of two pixels has one of both halves.
+            let place = if own.bits == 2 {
+                (x ^ y) >> level << 1 & 2 | b
+            } else {
+                a ^ y >> level & 1
+            };
+            (place ^ random) & ((1 << own.bits) - 1) == own.place
+        })
+    }
+}
+
+/// A random number of a pixel or of a square of them.
+#[inline(always)]
+fn hash(seed: u32, [x, y]: [u32; 2]) -> u32 {
+    mix32(seed ^ x.wrapping_mul(0x9e37_79b1) ^ y.wrapping_mul(0x85eb_ca77))
+}
+
+/// The pixels of a tile by squares.
+fn squares(tile: Window) -> impl Iterator<Item = (u32, u32)> {
+    let step = |from: i32, to: i32| {
+        (from..to)
+            .step_by(SQUARE as usize)
+            .map(move |first| first..to.min(first + SQUARE))
+    };
+    step(tile.y0, tile.y1).flat_map(move |rows| {
+        step(tile.x0, tile.x1).flat_map(move |columns| {
+            let row = move |y: i32| columns.clone().map(move |x| (x as u32, y as u32));
+            rows.clone().flat_map(row)
+        })
+    })
 }
 
 #[cfg(test)]

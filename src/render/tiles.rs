@@ -9,7 +9,7 @@ use std::{
 use rayon::prelude::*;
 
 use super::{
-    Cancelled, Control, MovingScene, RenderError, SceneTime, TileResult,
+    Cancelled, Control, FrameScenes, RenderError, SceneTime, TileResult,
     context::{FrameInputs, RenderContext},
     interrupts::PartialFrame,
     moments::{Moment, Moments, Sweep},
@@ -33,7 +33,7 @@ impl From<Cancelled> for Stop {
 }
 
 /// Renders all rounds of a frame, of a moving scene at these moments.
-pub(super) fn render<S: MovingScene>(
+pub(super) fn render<S: FrameScenes>(
     frame: &FrameInputs<'_>,
     (scenes, moments): (&mut S, Option<Moments>),
     waves: &WavePool,
@@ -47,7 +47,7 @@ pub(super) fn render<S: MovingScene>(
             samples = progress.tiles.begin_sweep(schedule::sweep(budget, samples));
             for moment in (0..moments.count()).map(|index| moments.get(index)) {
                 if progress.tiles.lack(moment, &samples) {
-                    let scene = scenes.at(SceneTime::Shutter(moment.time()))?;
+                    let scene = scenes.at(moment.time())?;
                     let context = RenderContext::new(scene, frame, Some(moment));
                     let rendered = progress.moment(&context, moment, &samples);
                     rendered.map_err(RenderError::from)?;

@@ -12,7 +12,7 @@ use batch_render::{
     film::{Film, PassRequest, Window},
     math::{DVec3, Transform},
     render::{
-        AdaptiveSampling, Cancel, Control, Interrupts, MovingScene, PartialFrame, RenderError, Renderer, SampleBudget,
+        AdaptiveSampling, Cancel, Control, FrameScenes, Interrupts, PartialFrame, RenderError, Renderer, SampleBudget,
         SceneTime, Settings,
     },
     scene::{ObjectId, Scene, SceneUpdate},
@@ -68,10 +68,10 @@ struct Moving<'a> {
     motion: &'a Motion,
 }
 
-impl MovingScene for Moving<'_> {
+impl FrameScenes for Moving<'_> {
     type Error = RenderError;
 
-    fn is_still(&self) -> bool {
+    fn is_still(&self, _: impl Iterator<Item = SceneTime>) -> bool {
         false
     }
 
@@ -104,7 +104,7 @@ impl<'a> Stage<'a> {
         let job = Job::new(desc, &Request::default()).expect("a plan");
         Self {
             settings: job.plan.picture.settings.clone(),
-            camera: job.plan.frames[0].camera.clone().with_exposure(1.0),
+            camera: job.plan.frames[0].camera.clone().with_shutter(0.0, 1.0),
             job,
             motion,
         }
@@ -299,7 +299,7 @@ fn an_object_that_the_camera_carries_along_is_sharp() {
     );
     let camera = stage.camera.camera(0.0);
     let carried = |u: f64| Ok::<Camera, RenderError>(camera.moved(DVec3::X * 1.5 * u));
-    stage.camera = FrameCamera::moving(carried).expect("a camera").with_exposure(1.0);
+    stage.camera = FrameCamera::moving(carried).expect("a camera").with_shutter(0.0, 1.0);
     let error = squared_error(stage.render().beauty(), still.expect("a film").beauty());
     assert!(error < 1e-6, "{error}");
 }
@@ -454,7 +454,7 @@ fn motion_vectors_of_what_moves_lead_to_its_places_in_the_neighbouring_frames() 
         };
         stage.camera = FrameCamera::from(camera)
             .with_neighbours(neighbours)
-            .with_exposure(exposure);
+            .with_shutter(0.0, exposure);
         let film = stage.render();
         let plane = |name| &film.plane(name).expect("a plane").values;
         let mut seen = 0;

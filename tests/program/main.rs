@@ -37,6 +37,7 @@ mod merge;
 mod messages;
 mod model;
 mod model_lights;
+mod motion;
 mod normals;
 mod outputs;
 mod path;

@@ -6,7 +6,10 @@ use super::range::{MAX_FRAME, MAX_FRAMES};
 use crate::{
     assets::{Files, camera_path},
     batch::{FrameRange, Request},
-    camera::{Camera, FilmSize, FrameCamera, Lens, Neighbours, SceneCamera, path::CameraPath},
+    camera::{
+        Camera, FilmSize, FrameCamera, Lens, Neighbours, SceneCamera,
+        path::{CameraPath, Shutter},
+    },
     describe::{MovingDesc, SceneDesc, Values},
     error::Error,
     math::DVec3,
@@ -84,7 +87,7 @@ pub(in crate::batch) fn cameras(
         fps: request.fps,
         rotation_order: request.rotation_order,
     };
-    let path = camera_path::load(file, None, &options, inputs)?;
+    let path = camera_path::load(file, None, &options, inputs)?.with_scene_shutter(desc.shutter);
     let all = path.frames();
     let what = format!("the camera path, which has frames {} to {}", all.start(), all.end());
     let lens = scene_camera.map_or_else(Lens::default, |c| c.lens);
@@ -174,15 +177,20 @@ fn warn_of_columns(file: &Path, path: &CameraPath, request: &Request) {
 /// The scene's own camera, whose values may change over time.
 struct OwnCamera<'a> {
     still: Option<SceneCamera>,
+    shutter: Shutter,
+    /// Whether other values of the scene change over time.
+    is_among_moving: bool,
     moving: Option<MovingDesc<'a>>,
 }
 
 impl<'a> OwnCamera<'a> {
     fn new(desc: &'a SceneDesc, values: Option<&'a Values>, still: Option<SceneCamera>) -> Self {
-        let values = values.filter(|values| values.of_camera().next().is_some());
+        let of_camera = values.filter(|values| values.of_camera().next().is_some());
         Self {
             still,
-            moving: values.map(|values| MovingDesc::new(desc, values)),
+            shutter: desc.shutter,
+            is_among_moving: values.is_some(),
+            moving: of_camera.map(|values| MovingDesc::new(desc, values)),
         }
     }
 
@@ -194,17 +202,23 @@ impl<'a> OwnCamera<'a> {
         }
     }
 
-    /// The camera of a frame; one that moves has those of the frames around it beside it.
+    /// The camera of a frame. Where the scene moves, it has those of the frames around it beside it.
     fn frame_camera(&self, frame: f64, film: FilmSize) -> Result<FrameCamera, Error> {
         let at = |frame: f64| {
             let camera = self.at(frame)?.expect("the first frame has a camera");
             Ok::<_, Error>(Camera::new(&camera.pose, &camera.lens, film))
         };
-        let camera = FrameCamera::from(at(frame)?);
-        if self.moving.is_none() {
+        let Shutter { open, close } = self.shutter;
+        let time = |u: f64| frame + (open + (close - open) * u);
+        let camera = match self.moving.is_some() && open < close {
+            true => FrameCamera::moving(|u| at(time(u)))?,
+            false => FrameCamera::from(at(time(0.0))?),
+        };
+        let camera = camera.with_shutter(open, close);
+        if !self.is_among_moving {
             return Ok(camera);
         }
-        let (previous, next) = (Some(at(frame - 1.0)?), Some(at(frame + 1.0)?));
+        let (previous, next) = (Some(at(time(0.0) - 1.0)?), Some(at(time(0.0) + 1.0)?));
         Ok(camera.with_neighbours(Neighbours { previous, next }))
     }
 }

@@ -1,7 +1,5 @@
 //! The memory of the frames of a job.
 
-use std::time::Duration;
-
 use crate::{
     assets::{MemoryBudget, MemoryKind},
     batch::PicturePlan,
@@ -13,11 +11,20 @@ use crate::{
 /// The number of frames in memory at once: one renders, one waits, one is written, encoded beside its pixels.
 const FRAMES_IN_MEMORY: u64 = 4;
 
+/// Why the sums of all tiles of a frame are kept until it is finished.
+#[derive(Clone, Copy)]
+pub(in crate::batch) struct KeptSums {
+    /// The scene moves: a frame is rendered moment by moment.
+    pub moves: bool,
+    /// They are copied for checkpoints.
+    pub checkpoint: bool,
+}
+
 /// Reserves the memory of the frames that exist at the same time.
 pub(in crate::batch) fn take(
     desc: &SceneDesc,
     picture: &PicturePlan,
-    checkpoint: Option<Duration>,
+    kept: KeptSums,
     memory: &MemoryBudget,
 ) -> Result<(), Error> {
     let settings = &picture.settings;
@@ -25,8 +32,8 @@ pub(in crate::batch) fn take(
         .film_layout(render::picture_of(picture.integrator.as_dyn()), &desc.light_groups())
         .map_err(|unknown| Error::Usage(unknown.to_string()))?;
     let frame = (settings.window.area() as u64).saturating_mul(layout.bytes_per_pixel());
-    // The accumulators of all tiles are kept if a frame has several rounds, and copied for a checkpoint.
-    let copies = u64::from(settings.samples.time.is_some()) + 2 * u64::from(checkpoint.is_some());
+    // They are kept as well if a frame has several rounds.
+    let copies = u64::from(kept.moves || settings.samples.time.is_some()) + 2 * u64::from(kept.checkpoint);
     let sums = settings
         .rendered_pixels()
         .saturating_mul(settings.accumulator_layout(&layout).bytes_per_pixel());

@@ -23,7 +23,11 @@ impl CameraRig {
     pub fn camera(&self, plan: &Plan, frame: &PlannedFrame) -> FrameCamera {
         match &self.orbit {
             None => frame.camera.clone(),
-            Some(orbit) => FrameCamera::from(orbit.camera(frame.number, plan.picture.settings.resolution)),
+            Some(orbit) => {
+                let camera = orbit.camera(frame.number, plan.picture.settings.resolution);
+                let [open, close] = [0.0, 1.0].map(|u| frame.camera.shutter_time(u));
+                FrameCamera::from(camera).with_shutter(open, close)
+            }
         }
     }
 }

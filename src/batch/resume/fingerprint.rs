@@ -10,14 +10,14 @@ use serde::Serialize;
 
 use crate::{
     assets::{ContentHash, Store},
-    batch::{Plan, PlannedFrame, Turntable},
+    batch::{Plan, PlannedFrame, Turntable, frame_scenes::time_in_frames},
     camera::{FrameCamera, Neighbours},
     describe::Source,
     film::{PassRequest, Window},
     filter::Filter,
     integrator::BuiltIn,
     output::{Attribute, DisplayTransform, Encoding, FrameMetadata, Shown, camera_attributes},
-    render::{AdaptiveSampling, Content, Settings},
+    render::{AdaptiveSampling, Content, SceneTime, Settings, moment_times},
     sampler::Sampler,
 };
 
@@ -104,18 +104,36 @@ struct Hashed<'a> {
     neighbours: Option<Neighbours>,
     /// The values of the scene at the frame, if any change over time.
     #[serde(skip_serializing_if = "Option::is_none")]
-    moment: Option<Vec<(&'a str, String)>>,
-    /// Those at the neighbouring frames, if a pass follows motion.
-    #[serde(skip_serializing_if = "Option::is_none")]
-    neighbour_moments: Option<[Vec<(&'a str, String)>; 2]>,
+    moment: Option<Moment<'a>>,
+    /// Those at the later moments of the shutter, and at the neighbouring frames if a pass follows motion.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    further_moments: Vec<Moment<'a>>,
     /// Those at the frame that the exposure suits.
     #[serde(skip_serializing_if = "Option::is_none")]
-    metered_moment: Option<Vec<(&'a str, String)>>,
+    metered_moment: Option<Moment<'a>>,
     shown: Shown,
     view: DisplayTransform,
     exposure: Exposure<'a>,
     fps: Option<(i32, u32)>,
     encoding: Encoding,
+}
+
+/// The names of the values of a scene with what they are at a time.
+type Moment<'a> = Vec<(&'a str, String)>;
+
+/// The values of the scene as the shutter of a frame opens, and those of the other times that it shows.
+fn moments<'a>(
+    plan: &'a Plan,
+    settings: &Settings,
+    follows_motion: bool,
+    (number, camera): (i32, &FrameCamera),
+) -> (Option<Moment<'a>>, Vec<Moment<'a>>) {
+    let at = |time| plan.moment(time_in_frames(number, camera, time));
+    let within = moment_times(settings).filter(|_| camera.exposure() > 0.0);
+    let around = [SceneTime::Before, SceneTime::After]
+        .into_iter()
+        .filter(|_| follows_motion);
+    (at(SceneTime::OPENING), within.chain(around).filter_map(at).collect())
 }
 
 #[derive(Serialize)]
@@ -154,11 +172,8 @@ impl<'a> Hashed<'a> {
             adaptive = adaptive.map(|rule| AdaptiveSampling { gain: 1.0, ..rule });
         }
         let metered = picture.metering_camera.as_ref().map(|_| plan.first_frame);
-        let moment = frame.and_then(|(number, _)| plan.moment(f64::from(number)));
-        let neighbour_moments = frame.filter(|_| motion).and_then(|(number, _)| {
-            let [before, after] = [-1.0, 1.0].map(|step| plan.moment(f64::from(number) + step));
-            Some([before?, after?])
-        });
+        let moments = frame.map(|frame| moments(plan, settings, motion, frame));
+        let (moment, further) = moments.unwrap_or_default();
         let (number, camera) = frame.unzip();
         let number = number.unwrap_or(0);
         Self {
@@ -183,7 +198,7 @@ impl<'a> Hashed<'a> {
             camera: camera.map(|camera| camera.clone().with_neighbours(Neighbours::default())),
             neighbours: camera.filter(|_| motion).map(|camera| *camera.neighbours()),
             moment,
-            neighbour_moments,
+            further_moments: further,
             metered_moment: metered.and_then(|first| plan.moment(first)),
             shown: picture.shown,
             view: picture.view,
@@ -239,7 +254,10 @@ impl Fingerprint {
         let hashed = Hashed::new(version, plan, settings, inputs, Some(frame));
         let whole = hash(&hashed);
         Self {
-            scene: hash(&(&hashed.inputs, &plan.picture.integrator, &plan.picture.model)),
+            scene: match &hashed.moment {
+                None => hash(&(&hashed.inputs, &plan.picture.integrator, &plan.picture.model)),
+                Some(moment) => hash(&(&hashed.inputs, &plan.picture.integrator, &plan.picture.model, moment)),
+            },
             file: Self::of_window(&whole, settings.window),
             picture: whole,
         }

@@ -32,7 +32,7 @@ impl Wave {
         let count = listed.len() as u64;
         self.start_listed(context, &listed);
         self.trace(context, &SampleBlock::Listed(&listed), control, &mut stats)?;
-        let mut first = 0;
+        let (passes, mut first) = (context.passes(), 0);
         for ((tile, accumulator), end) in sweep.tiles.iter_mut().zip(ends) {
             for i in first..end {
                 let SampleKey {
@@ -40,7 +40,7 @@ impl Wave {
                 } = listed.get(i);
                 let pixel = tile.index(x as i32, y as i32);
                 let record = std::iter::once(self.record(context, i, sample));
-                let count = accumulator.add(context.accumulators, &context.passes(), pixel, record);
+                let count = accumulator.add(context.accumulators, &passes, pixel, record);
                 if count > 0 {
                     stats.invalid.count_pixel([x as i32, y as i32], count);
                 }

@@ -1,0 +1,55 @@
+//! The scenes of a frame of a job, at the times of its shutter and of its neighbours.
+
+use super::Scenes;
+use crate::{
+    camera::FrameCamera,
+    error::Error,
+    render::{FrameScenes, RenderError, SceneTime},
+    scene::Scene,
+};
+
+/// The scenes of a job at the times of a frame.
+pub(super) struct ScenesOfFrame<'a, 'j> {
+    pub scenes: &'a mut Scenes<'j>,
+    pub number: i32,
+    pub camera: &'a FrameCamera,
+}
+
+/// Why a frame was not rendered.
+pub(super) enum Failed {
+    Render(RenderError),
+    Scene(Error),
+}
+
+impl From<RenderError> for Failed {
+    fn from(error: RenderError) -> Self {
+        Self::Render(error)
+    }
+}
+
+/// A time of a frame, in frames.
+pub(super) fn time_in_frames(number: i32, camera: &FrameCamera, time: SceneTime) -> f64 {
+    let from_own = match time {
+        SceneTime::Shutter(u) => camera.shutter_time(u),
+        SceneTime::Before => camera.shutter_time(0.0) - 1.0,
+        SceneTime::After => camera.shutter_time(0.0) + 1.0,
+    };
+    f64::from(number) + from_own
+}
+
+impl FrameScenes for ScenesOfFrame<'_, '_> {
+    type Error = Failed;
+
+    fn is_still(&self, mut times: impl Iterator<Item = SceneTime>) -> bool {
+        let values = |time| self.scenes.values_at(time_in_frames(self.number, self.camera, time));
+        self.scenes.is_still() || {
+            let first = times.next().map(values);
+            times.all(|time| first.as_ref() == Some(&values(time)))
+        }
+    }
+
+    fn at(&mut self, time: SceneTime) -> Result<&Scene, Failed> {
+        let time = time_in_frames(self.number, self.camera, time);
+        self.scenes.seek(time).map_err(Failed::Scene)
+    }
+}
