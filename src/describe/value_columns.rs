@@ -112,12 +112,12 @@ impl Values {
                 .all(|problem| problem.span.as_ref() != Some(&self.span(at)))
         };
         let whole = |v: f64| (v as i64).to_string();
-        let varies = numbers().any(|(_, v)| v != least);
-        if varies && takes((least + 0.5).to_string()) {
+        if takes(toml::Value::from(least).to_string()) {
             return None;
         }
         if takes(whole(least)) {
-            return Some(Curve::Held(numbers().map(|(frame, v)| (frame, whole(v))).collect()));
+            let steps = numbers().map(|(frame, v)| (frame, whole(v)));
+            return Some(Curve::Held(steps.collect()));
         }
         let is_truth = numbers().all(|(_, v)| v == 0.0 || v == 1.0) && takes("true".to_owned());
         is_truth.then(|| Curve::Held(numbers().map(|(frame, v)| (frame, (v == 1.0).to_string())).collect()))

@@ -191,3 +191,6 @@ impl Values {
         format!("{}:{line}: {}", path.display(), column.name)
     }
 }
+
+#[cfg(test)]
+mod tests;

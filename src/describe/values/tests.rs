@@ -1,0 +1,91 @@
+use std::path::PathBuf;
+
+use super::*;
+use crate::{
+    assets::camera_path::{CameraPathOptions, ValueColumns},
+    describe::{Source, parse},
+};
+
+const SCENE: &str = "[background]\nenvironment = { file = 'sky.exr' }\n\
+                     [camera.perspective]\neye = [0, 0, 5]\ntarget = [0, 0, 0]\n\
+                     [texture.t]\nchecker = { a = 0, b = 1 }\n\
+                     [material.m]\nmatte = { albedo = 0.5 }\n\
+                     [[object]]\nname = 'a.b'\nmaterial = 'm'\nshape.sphere = { radius = 1 }\n\
+                     [[light]]\nname = 'key'\npoint = { position = [0, 1, 2], intensity = 3 }\n";
+
+fn scene() -> SceneDesc {
+    parse(Source::new(PathBuf::from("s.toml"), SCENE)).unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// The values of a table, with 10 frames per second.
+fn read(table: &str) -> Result<Values, String> {
+    let options = CameraPathOptions {
+        fps: Some(10.0),
+        rotation_order: None,
+    };
+    let path = PathBuf::from("v.csv");
+    let table = ValueTable::read(table.as_bytes(), ValueColumns::All, &options);
+    let table = table.map_err(|problems| problems.messages())?;
+    Values::new(&scene(), &[ValueFile { path, table }]).map_err(|e| e.to_string())
+}
+
+fn at(table: &str, frames: &[f64]) -> Vec<String> {
+    let values = read(table).unwrap_or_else(|e| panic!("{e}"));
+    frames.iter().map(|frame| values.at(*frame).join(" ")).collect()
+}
+
+#[test]
+fn numbers_move_and_are_held_beyond_the_rows() {
+    let table = "frame,background.environment.rotate.y,interp\n0,0,linear\n8,360,linear\n";
+    assert_eq!(
+        at(table, &[-5.0, 0.0, 1.0, 4.5, 8.0, 99.0]),
+        ["0.0", "0.0", "45.0", "202.5", "360.0", "360.0"]
+    );
+    let smooth = at("frame,light.key.point.intensity\n0,0\n1,1\n2,0\n", &[0.5, 1.0, 1.5]);
+    assert_eq!(smooth[1], "1.0");
+    assert_eq!(smooth[0], smooth[2]);
+}
+
+#[test]
+fn the_interpolation_of_a_column_replaces_that_of_the_rows() {
+    let table = "# interp: light.key.point.intensity = hold\nframe,light.key.point.intensity,material.m.matte.albedo,interp\n\
+                 0,1,0,linear\n2,3,1,linear\n";
+    assert_eq!(at(table, &[1.0, 2.0]), ["1.0 0.5", "3.0 1.0"]);
+}
+
+#[test]
+fn words_truths_and_mixed_cells_hold() {
+    let table = "frame,object.a.b.visible,object.a.b.material,background.visible,material.m.matte.albedo\n\
+                 0,1,m,TRUE,0.5\n4,0,,false,texture.t\n";
+    let held = ["true \"m\" true 0.5", "false \"m\" false \"texture.t\""];
+    assert_eq!(at(table, &[3.9, 4.0]), held);
+}
+
+#[test]
+fn times_are_frames_by_the_frame_rate() {
+    let values = read("time,light.key.point.intensity\n0.1,1\n0.32,2\n").expect("values");
+    assert_eq!(values.frames(), 1..=3);
+    assert_eq!(values.at(3.2), ["2.0"]);
+}
+
+#[test]
+fn the_components_of_a_list_are_set_together_or_written_in_the_file() {
+    let whole = "frame,object.a.b.shape.sphere.center.x,object.a.b.shape.sphere.center.y,object.a.b.shape.sphere.center.z\n1,1,2,3\n";
+    assert_eq!(at(whole, &[1.0]), ["1.0 2.0 3.0"]);
+    let message = read("frame,object.a.b.shape.sphere.center.x\n1,1\n").expect_err("two components are missing");
+    assert!(
+        message.contains("v.csv:2: object.a.b.shape.sphere.center.x: the file has no `center`"),
+        "{message}"
+    );
+    assert!(read("frame,object.a.b.transform.scale.x\n1,2\n").is_ok());
+    let message = read("frame,material.m.matte.albedo.r,material.m.matte.albedo.w\n1,1,1\n").expect_err("no component");
+    assert!(message.contains("albedo.w"), "{message}");
+}
+
+#[test]
+fn a_wrong_value_names_the_row_that_has_it() {
+    let message = read("frame,light.key.point.intensity\n1,3\n2,4\n5,-1\n").expect_err("a negative intensity");
+    assert!(message.contains("v.csv:4: light.key.point.intensity: "), "{message}");
+    let message = read("frame,background.environment.intensty\n1,3\n").expect_err("an unknown key");
+    assert!(message.contains("(did you mean `intensity`?)"), "{message}");
+}
