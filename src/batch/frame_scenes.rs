@@ -41,10 +41,10 @@ impl FrameScenes for ScenesOfFrame<'_, '_> {
     type Error = Failed;
 
     fn is_still(&self, mut times: impl Iterator<Item = SceneTime>) -> bool {
-        let values = |time| self.scenes.values_at(time_in_frames(self.number, self.camera, time));
+        let moment = |time| self.scenes.moment(time_in_frames(self.number, self.camera, time));
         self.scenes.is_still() || {
-            let first = times.next().map(values);
-            times.all(|time| first.as_ref() == Some(&values(time)))
+            let first = times.next().map(moment);
+            times.all(|time| first.as_ref() == Some(&moment(time)))
         }
     }
 

@@ -1,6 +1,10 @@
 //! A job from its scene file to its last frame, for the program, other programs and tests.
 
-use std::{path::Path, sync::OnceLock, time::Instant};
+use std::{
+    path::Path,
+    sync::{Arc, OnceLock},
+    time::Instant,
+};
 
 use super::{
     CameraRig, Existing, InputHash, Inventory, JobEvent, Observer, Plan, PlannedFrame, Request, SceneFigures, Scenes,
@@ -18,7 +22,7 @@ use crate::{
         model_formats::{self, is_model},
     },
     compile::{
-        self,
+        self, SceneMotion,
         default_scene::{self, ModelOptions},
     },
     describe::{self, SceneDesc},
@@ -36,13 +40,15 @@ pub struct Job {
     pub plan: Plan,
     /// The hash of the files of the whole scene, once it is loaded.
     inputs: OnceLock<InputHash>,
+    /// What the models of the scene move, once it is loaded.
+    motion: OnceLock<Arc<SceneMotion>>,
 }
 
 impl Job {
     /// Reads the scene at `path`, a scene file or a model, and the camera path, and makes the plan for `request`.
     pub fn open(path: &Path, request: &Request) -> Result<Self, Error> {
         let store = store(request);
-        let desc = if is_model(path) {
+        let (desc, run) = if is_model(path) {
             let options = ModelOptions {
                 overrides: &request.overrides,
                 camera: request.camera.as_deref(),
@@ -77,15 +83,16 @@ impl Job {
                     let path = path.to_owned();
                     return Err(compile::Error::Assets(vec![AssetError::UnknownModel { path }]).into());
                 }
-                read => read?,
+                read => (read?, None),
             }
         };
-        let plan = Plan::new(&desc, request, store.files())?;
+        let plan = Plan::with_run(&desc, request, store.files(), run.as_ref())?;
         Ok(Self {
             store,
             desc,
             plan,
             inputs: OnceLock::new(),
+            motion: OnceLock::new(),
         })
     }
 
@@ -99,6 +106,7 @@ impl Job {
             desc,
             plan,
             inputs: OnceLock::new(),
+            motion: OnceLock::new(),
         })
     }
 
@@ -136,13 +144,16 @@ impl Job {
     /// Loads all files of the scene and reports all their errors, on the threads of the current rayon pool. Builds no acceleration
     /// structure.
     pub fn load(&self) -> Result<SceneBuilder, Error> {
-        let options = load_options(self.plan.values.as_deref(), self.plan.first_eye);
-        let scene = compile::load(&self.desc, &self.store, &options);
+        let time = self.plan.first_frame / self.plan.fps;
+        let options = load_options(self.plan.values.as_deref(), self.plan.first_eye, time);
+        let loaded = compile::load_moving(&self.desc, &self.store, &options);
         // The scene has its own copy of the models.
-        if !self.plan.values.as_deref().is_some_and(rebuilds) {
+        let is_played = loaded.as_ref().is_ok_and(|(_, motion)| !motion.is_still());
+        if !is_played && !self.plan.values.as_deref().is_some_and(rebuilds) {
             self.store.forget_models();
         }
-        let scene = scene?;
+        let (scene, motion) = loaded?;
+        let _ = self.motion.set(Arc::new(motion));
         for file in self
             .plan
             .values
@@ -168,11 +179,10 @@ impl Job {
             desc: &self.desc,
             store: &self.store,
             accel: self.plan.picture.accel,
+            motion: self.motion.get().cloned().unwrap_or_default(),
+            fps: self.plan.fps,
         };
-        match &self.plan.values {
-            Some(values) => Scenes::moving(scene, source, values),
-            None => Scenes::still(scene),
-        }
+        Scenes::moving(scene, source, self.plan.values.as_deref())
     }
 
     /// The parts of the scene that [`Job::load`] returned.

@@ -28,6 +28,7 @@ use super::{
 use crate::{
     assets::Files,
     camera::FrameCamera,
+    compile::default_scene::ModelRun,
     describe::{SceneDesc, Values},
     error::Error,
     film::Film,
@@ -38,7 +39,7 @@ use crate::{
     value::Exposure,
     warnings::Warnings,
 };
-use cameras::{JobCameras, cameras};
+use cameras::{JobCameras, cameras, fps};
 use denoise_options::{DenoisePlan, DenoiseSteps};
 use memory::KeptSums;
 use patterns::Patterns;
@@ -74,6 +75,8 @@ pub struct Plan {
     pub is_chunk: bool,
     /// The first frame, whichever frames are rendered.
     pub first_frame: f64,
+    /// The frames of a second of animations.
+    pub fps: f64,
     /// The first position of the camera, whichever frames are rendered, in m.
     pub first_eye: Option<DVec3>,
     /// The file that the cameras come from.
@@ -106,6 +109,16 @@ pub struct FilePlan {
 impl Plan {
     /// Decides what `request` means for the scene `desc`, which has its overrides, and reads the camera path by way of `inputs`.
     pub fn new(desc: &SceneDesc, request: &Request, inputs: &Files) -> Result<Self, Error> {
+        Self::with_run(desc, request, inputs, None)
+    }
+
+    /// Does the same for a model by itself that plays animations.
+    pub(super) fn with_run(
+        desc: &SceneDesc,
+        request: &Request,
+        inputs: &Files,
+        run: Option<&ModelRun>,
+    ) -> Result<Self, Error> {
         let patterns = Patterns::new(desc, request)?;
         let mut picture = PicturePlan::new(desc, request, &patterns.rendered)?;
         let files = FilePlan::new(desc, request, &picture, &patterns)?;
@@ -124,7 +137,7 @@ impl Plan {
         } = cameras(
             desc,
             request,
-            values.as_deref(),
+            (values.as_deref(), run),
             (picture.camera, picture.settings.resolution),
             inputs,
         )?;
@@ -160,6 +173,7 @@ impl Plan {
             beside,
             is_chunk: request.range.is_some() || request.part.is_some(),
             first_frame,
+            fps: fps(request),
             first_eye,
             camera_path: request.camera_path.clone(),
             values,

@@ -1,11 +1,11 @@
 //! The scenes of a job's frames.
 
-use std::collections::BTreeSet;
+use std::{collections::BTreeSet, sync::Arc};
 
 use crate::{
     accel::BuildOptions,
     assets::{MemoryKind, Store},
-    compile::{self, Change, LoadOptions, Refresher},
+    compile::{self, Change, LoadOptions, Refresher, SceneMotion},
     describe::{Entity, MovingDesc, SceneDesc, Values},
     error::Error,
     math::DVec3,
@@ -24,13 +24,15 @@ pub(super) struct SceneSource<'j> {
     pub desc: &'j SceneDesc,
     pub store: &'j Store,
     pub accel: BuildOptions,
+    /// What the models of the scene move, which was compiled for the time of [`load_options`].
+    pub motion: Arc<SceneMotion>,
+    pub fps: f64,
 }
 
-/// A scene whose values change over time.
+/// A scene whose values change over time, or whose models play animations.
 struct Moving<'j> {
     source: SceneSource<'j>,
-    values: &'j Values,
-    reader: MovingDesc<'j>,
+    values: Option<(&'j Values, MovingDesc<'j>)>,
     options: LoadOptions,
     refresher: Refresher,
     /// The description of the scene that was sought last.
@@ -47,10 +49,11 @@ enum State {
     Broken,
 }
 
-/// The options by which the scene of a job is loaded. `eye` is the first position of the camera.
-pub(super) fn load_options(values: Option<&Values>, eye: Option<DVec3>) -> LoadOptions {
+/// The options by which the scene of a job is loaded. `eye` is the first position of the camera, `time` that of the animations in s.
+pub(super) fn load_options(values: Option<&Values>, eye: Option<DVec3>, time: f64) -> LoadOptions {
     LoadOptions {
         eye,
+        time,
         moved: values.map(Values::moved_objects).unwrap_or_default(),
         ..LoadOptions::default()
     }
@@ -69,17 +72,19 @@ impl<'j> Scenes<'j> {
         Self { scene, moving: None }
     }
 
-    /// The scenes that `values` make of `scene`, which was compiled of `source` by [`load_options`].
-    pub(super) fn moving(scene: Scene, source: SceneSource<'j>, values: &'j Values) -> Self {
+    /// The scenes that `values` and animations make of `scene`, which was compiled of `source` by [`load_options`].
+    pub(super) fn moving(scene: Scene, source: SceneSource<'j>, values: Option<&'j Values>) -> Self {
+        if values.is_none() && source.motion.is_still() {
+            return Self::still(scene);
+        }
         let options = LoadOptions {
             origin: Some(scene.origin),
-            ..load_options(Some(values), None)
+            ..load_options(values, None, 0.0)
         };
         let moving = Moving {
-            reader: MovingDesc::new(source.desc, values),
+            values: values.map(|values| (values, MovingDesc::new(source.desc, values))),
             desc: source.desc.clone(),
             source,
-            values,
             options,
             refresher: Refresher::default(),
             state: State::Base,
@@ -106,10 +111,15 @@ impl<'j> Scenes<'j> {
         Ok(&self.scene)
     }
 
-    /// The values that change over time, as they are at a time in frames.
-    pub(super) fn values_at(&self, frame: f64) -> Vec<String> {
-        let moving = self.moving.as_ref();
-        moving.map(|moving| moving.values.at(frame)).unwrap_or_default()
+    /// The values that change over time, as they are at a time in frames, and the times within the animations of models. Scenes of
+    /// the same ones are the same.
+    pub(super) fn moment(&self, frame: f64) -> (Vec<String>, Vec<f32>) {
+        let Some(moving) = &self.moving else {
+            return Default::default();
+        };
+        let values = moving.values.as_ref().map(|(values, _)| values.at(frame));
+        let times = moving.source.motion.local_times(frame / moving.source.fps);
+        (values.unwrap_or_default(), times.collect())
     }
 
     /// The scene that was sought last. Its names and ids are those of all frames.
@@ -128,31 +138,49 @@ impl<'j> Scenes<'j> {
 impl Moving<'_> {
     /// Makes `scene` that of a time in frames.
     fn seek(&mut self, scene: &mut Scene, frame: f64) -> Result<(), Error> {
-        let new = self.values.at(frame);
         let old = match std::mem::replace(&mut self.state, State::Broken) {
             State::Base => Ok(None),
             State::At(old) => Ok(Some(old)),
             State::Broken => Err(()),
         };
-        let known = old.as_ref().ok().and_then(|old| old.as_deref());
-        let changed: Vec<_> = self.reader.changed(known, &new).collect();
-        let entities: BTreeSet<Entity> = changed.iter().map(|(entity, _)| *entity).collect();
-        if !entities.is_empty() {
-            let set = self.reader.set(&mut self.desc, (frame, &new), &entities);
-            set.map_err(|found| Error::Compile(compile::Error::Invalid(found)))?;
-        }
-        let changes: BTreeSet<Change> = changed
-            .iter()
-            .filter_map(|(entity, path)| change(*entity, path))
-            .collect();
+        let (new, changes) = match &self.values {
+            Some((values, reader)) => {
+                let new = values.at(frame);
+                let known = old.as_ref().ok().and_then(|old| old.as_deref());
+                let changed: Vec<_> = reader.changed(known, &new).collect();
+                let entities: BTreeSet<Entity> = changed.iter().map(|(entity, _)| *entity).collect();
+                if !entities.is_empty() {
+                    let set = reader.set(&mut self.desc, (frame, &new), &entities);
+                    set.map_err(|found| Error::Compile(compile::Error::Invalid(found)))?;
+                }
+                let changes = changed.iter().filter_map(|(entity, path)| change(*entity, path));
+                (new, changes.collect())
+            }
+            None => (Vec::new(), BTreeSet::new()),
+        };
+        self.options.time = frame / self.source.fps;
         let store = self.source.store;
-        let is_fresh = old.is_ok() && self.refresher.refresh(scene, &self.desc, &changes, store)?;
+        let is_fresh = old.is_ok() && self.refresher.refresh(scene, &self.desc, &changes, store)? && self.play(scene);
         if !is_fresh {
             store.files().memory().release(MemoryKind::Images);
-            *scene = compile::scene_from(&self.desc, self.source.accel, store, &self.options)?;
+            let (new, motion) = compile::moving_scene(&self.desc, self.source.accel, store, &self.options)?;
+            (*scene, self.source.motion) = (new, Arc::new(motion));
         }
         self.state = State::At(new);
         Ok(())
+    }
+
+    /// Plays the animations of models up to the time of the options. Returns whether that was possible; if not, the scene is to be
+    /// compiled again.
+    fn play(&self, scene: &mut Scene) -> bool {
+        let motion = &self.source.motion;
+        if motion.is_still() {
+            return true;
+        }
+        let Some((update, shading)) = motion.update(scene, &self.desc, self.options.time) else {
+            return false;
+        };
+        scene.apply(&update).is_ok() && (shading.is_empty() || scene.reshade(shading).is_ok())
     }
 }
 

@@ -1,6 +1,6 @@
 //! The scene of a model file. Missing parts have defaults.
 
-use std::{f64::consts::PI, path::Path};
+use std::{f64::consts::PI, path::Path, sync::Arc};
 
 use glam::{DVec2, DVec3};
 
@@ -8,7 +8,7 @@ use super::Error;
 use crate::{
     assets::{
         AssetError, Store,
-        model::{LightUnits, ModelCamera, ModelChoice, ModelView},
+        model::{LightUnits, Model, ModelCamera, ModelChoice, ModelView},
         store::ModelRequest,
     },
     camera::{
@@ -18,10 +18,10 @@ use crate::{
     },
     describe::{self, BackgroundDesc, LightEntry, ObjectDesc, Overrides, SceneDesc, Source},
     light::{LightDesc, sun::SunDesc},
-    math::{Aabb, Rgb, Vec3, origin},
+    math::{Aabb, DAabb, Rgb, Vec3, origin},
     shape::{
         ShapeDesc,
-        mesh::{AnimationChoice, MeshDesc, Repeat},
+        mesh::{AnimationChoice, MeshDesc, Playback, Repeat},
     },
     value::{Direction, NonNegative, Point, Positive, RgbFactor, Spanned, one_line},
     warnings::{WarningKind, Warnings},
@@ -33,6 +33,9 @@ const FOV: f64 = 35.0;
 const FROM: DVec3 = DVec3::new(0.6, 0.36, 1.0);
 /// The width of the picture relative to the model.
 const MARGIN: f64 = 1.08;
+
+/// The number of steps of a run at whose ends its bounds are computed.
+const RUN_SAMPLES: u32 = 64;
 
 /// The direction of the sun's light, over the left shoulder of that camera.
 const SUN: Vec3 = Vec3::new(0.35, -1.0, -0.75);
@@ -63,8 +66,42 @@ pub struct ModelOptions<'a> {
     pub point_radius: Option<f32>,
 }
 
-/// The scene of the model at `path`.
-pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result<SceneDesc, Error> {
+/// One run of the animations that a model by itself plays.
+pub struct ModelRun {
+    /// The time of the last key, in s.
+    pub end: f64,
+    /// The model with its camera that moves, and the centre of the model.
+    camera: Option<(Arc<Model>, usize, DVec3)>,
+}
+
+impl ModelRun {
+    /// Whether the camera of the scene moves.
+    pub fn moves_camera(&self) -> bool {
+        self.camera.is_some()
+    }
+
+    /// The camera at `time`, in s, if it moves and is not degenerate then.
+    pub fn camera(&self, time: f64) -> Option<CameraDesc> {
+        let (model, camera, center) = self.camera.as_ref()?;
+        let pose = model.pose(&Playback::default(), time)?;
+        own_camera(&pose.cameras[*camera], *center)
+    }
+}
+
+/// The bounds of a model in all poses of its run, or at rest.
+fn bounds_of_run(model: &Model) -> DAabb {
+    let Some(motion) = &model.motion else {
+        return model.bounds();
+    };
+    let at = |i: u32| {
+        let time = f64::from(motion.end()) * f64::from(i) / f64::from(RUN_SAMPLES);
+        model.posed(motion.pose(&Playback::default(), time)).bounds()
+    };
+    (0..=RUN_SAMPLES).map(at).fold(DAabb::EMPTY, DAabb::union)
+}
+
+/// The scene of the model at `path`, and the run of its animations, if it plays any.
+pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result<(SceneDesc, Option<ModelRun>), Error> {
     let source = Source::new(path.to_owned(), "").with(options.overrides.clone());
     let desc = describe::parse(source).map_err(Error::Invalid)?;
     let [width, height] = desc.render.resolution().map(f64::from);
@@ -86,15 +123,23 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
     } else {
         objects.push(object(path, options));
     }
-    let bounds = model.bounds();
+    let bounds = bounds_of_run(&model);
     let origin = origin::of_box(&bounds).unwrap_or_default();
     let near = bounds.relative_to(origin);
     let center = origin + near.center().as_dvec3();
-    let camera =
-        chosen_camera(&model.cameras, options.camera, path, store.warnings())?.and_then(|c| own_camera(c, center));
+    let chosen = chosen_camera(&model.cameras, options.camera, path, store.warnings())?;
+    let camera = chosen.and_then(|chosen| own_camera(&model.cameras[chosen], center));
+    let moves = |camera: &usize| model.motion.as_ref().is_some_and(|motion| motion.moves_camera(*camera));
+    let moving = chosen
+        .filter(|_| desc.camera.is_none() && camera.is_some())
+        .filter(moves);
+    let run = model.motion.as_ref().map(|motion| ModelRun {
+        end: motion.end().into(),
+        camera: moving.map(|camera| (Arc::clone(&model), camera, center)),
+    });
     // A file with lights gets no others.
     let is_lit = model.lights.iter().any(|light| !light.strength.is_black());
-    Ok(SceneDesc {
+    let desc = SceneDesc {
         camera: desc.camera.or_else(|| {
             let camera = camera.unwrap_or_else(|| framing(origin, &near, width / height));
             Some(unspanned(camera))
@@ -106,7 +151,8 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
         objects,
         lights: if is_lit { Vec::new() } else { vec![daylight()] },
         ..desc
-    })
+    };
+    Ok((desc, run))
 }
 
 fn object(path: &Path, options: ModelOptions<'_>) -> ObjectDesc {
@@ -192,13 +238,13 @@ fn framing(origin: DVec3, bounds: &Aabb, aspect: f64) -> CameraDesc {
     perspective(eye, target, DVec3::Y, FOV)
 }
 
-/// The camera of this name, or of this number from 0. Without a name it is the first, with a warning if there are others.
-fn chosen_camera<'a>(
-    cameras: &'a [ModelCamera],
+/// The index of the camera of this name, or of this number from 0. Without a name it is the first, with a warning if there are others.
+fn chosen_camera(
+    cameras: &[ModelCamera],
     name: Option<&str>,
     path: &Path,
     warnings: &Warnings,
-) -> Result<Option<&'a ModelCamera>, AssetError> {
+) -> Result<Option<usize>, AssetError> {
     let names = || {
         let name = |(i, c): (usize, &ModelCamera)| match c.name.as_str() {
             "" => i.to_string(),
@@ -213,10 +259,10 @@ fn chosen_camera<'a>(
                 format!("{shown}: there are several cameras ({names}), and the first is shown; --camera chooses one");
             warnings.add_topic(WarningKind::CHOICE, "cameras", shown, text);
         }
-        return Ok(cameras.first());
+        return Ok((!cameras.is_empty()).then_some(0));
     };
-    let by_number = || cameras.get(name.parse::<usize>().ok()?);
-    let found = cameras.iter().find(|c| c.name == name).or_else(by_number);
+    let by_number = || name.parse::<usize>().ok().filter(|number| *number < cameras.len());
+    let found = cameras.iter().position(|c| c.name == name).or_else(by_number);
     found.map(Some).ok_or_else(|| AssetError::NoCamera {
         name: one_line(name, 80).into_owned(),
         known: if cameras.is_empty() { "none".to_owned() } else { names() },

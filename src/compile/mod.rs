@@ -36,6 +36,7 @@ pub use error::Error;
 pub use instancing::Instancing;
 pub use load::{LoadOptions, load, load_moving};
 pub use motion::SceneMotion;
+pub use objects::plays_animations;
 pub use refresh::{Change, Refresher};
 
 /// Compiles a scene and builds its acceleration structure, on the threads of the current rayon pool.
@@ -69,12 +70,23 @@ pub fn scene_from(
     store: &Store,
     options: &LoadOptions,
 ) -> Result<Scene, Error> {
-    let scene = load(desc, store, options)?.build(accel).map_err(|cause| Error::Build {
+    Ok(moving_scene(desc, accel.into(), store, options)?.0)
+}
+
+/// Compiles a scene with these options; returns what its models move as well.
+pub fn moving_scene(
+    desc: &SceneDesc,
+    accel: BuildOptions,
+    store: &Store,
+    options: &LoadOptions,
+) -> Result<(Scene, SceneMotion), Error> {
+    let (scene, motion) = load_moving(desc, store, options)?;
+    let scene = scene.build(accel).map_err(|cause| Error::Build {
         cause,
         path: desc.source.path.clone(),
     })?;
     warn_dark_emitters(&scene, store.warnings());
-    Ok(scene)
+    Ok((scene, motion))
 }
 
 /// Warns of emitters that give no light because they have no area.

@@ -62,6 +62,15 @@ impl SceneMotion {
         self.models.is_empty()
     }
 
+    /// The times within all animations that are played at `time`, in s.
+    pub fn local_times(&self, time: f64) -> impl Iterator<Item = f32> {
+        let played = self.placed.iter().zip(&self.models);
+        played.flat_map(move |(placed, model)| {
+            let motion = model.motion.iter();
+            motion.flat_map(move |motion| motion.local_times(&placed.playback, time))
+        })
+    }
+
     /// The update to `time`, in s, of `scene`, which was compiled with this and is that of `desc` but for its animations; `None` if it
     /// has to be compiled for that time.
     pub fn update(&self, scene: &Scene, desc: &SceneDesc, time: f64) -> Option<(SceneUpdate, ShadingUpdate)> {

@@ -3,7 +3,7 @@
 use super::{compiler::Compiler, place::ObjectPlace, placed::PlacedModel};
 use crate::{
     assets::model::ModelChoice,
-    describe::ObjectDesc,
+    describe::{ObjectDesc, SceneDesc},
     material::MaterialId,
     math::{DAffine3, DVec3},
     scene::ObjectId,
@@ -104,6 +104,15 @@ fn place(object: &ObjectDesc, origin: DVec3) -> Result<ObjectPlace, Problem> {
     let world_from_object = given.get_ref().compile(given.span())?;
     let too_far = || Problem::at(given.span(), "the transform has no inverse");
     ObjectPlace::new(world_from_object, origin).ok_or_else(too_far)
+}
+
+/// Whether a mesh of the scene plays animations.
+pub fn plays_animations(desc: &SceneDesc) -> bool {
+    let plays = |object: &ObjectDesc| match object.shape.get_ref() {
+        ShapeDesc::Mesh(mesh) => mesh.animation.as_ref().is_some_and(|choice| !choice.is_empty()),
+        _ => false,
+    };
+    desc.objects.iter().any(plays)
 }
 
 /// The place, at one time, of an object that moves: it always has a transform.

@@ -214,4 +214,6 @@ fn read(bytes: &[u8], path: &Path, choice: &ModelChoice, files: &Files) -> Resul
 }
 
 #[cfg(test)]
+pub(crate) mod samples;
+#[cfg(test)]
 mod tests;

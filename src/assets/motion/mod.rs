@@ -166,6 +166,15 @@ impl Motion {
         self.clips.iter().map(|clip| clip.end).fold(0.0, f32::max)
     }
 
+    /// Whether a camera of the model moves or changes, by its index.
+    pub fn moves_camera(&self, camera: usize) -> bool {
+        let Carried { node, source, .. } = self.cameras[camera];
+        let mut line = std::iter::successors(Some(node), |node| self.nodes[*node].parent);
+        let channels = self.clips.iter().flat_map(|clip| &clip.channels);
+        let is_of = |channel: &Channel| matches!(channel.target, Target::Camera(camera, _) if camera == source);
+        line.any(|node| self.nodes[node].animated.is_some()) || channels.into_iter().any(is_of)
+    }
+
     /// The bytes of its arrays.
     pub fn bytes(&self) -> u64 {
         let channels = self.clips.iter().flat_map(|clip| &clip.channels);
@@ -173,10 +182,15 @@ impl Motion {
         keys + self.meshes.iter().map(|mesh| mesh.deform.bytes()).sum::<u64>()
     }
 
+    /// The time within each animation at `time`, in s.
+    pub fn local_times(&self, playback: &Playback, time: f64) -> impl Iterator<Item = f32> {
+        let clips = self.clips.iter();
+        clips.map(move |clip| playback.local_time(f64::from(clip.end), time) as f32)
+    }
+
     /// All channels with their times within their animations.
     fn channels(&self, playback: &Playback, time: f64) -> impl Iterator<Item = (&Channel, f32)> {
-        let local = move |clip: &Clip| playback.local_time(f64::from(clip.end), time) as f32;
-        let timed = self.clips.iter().map(move |clip| (clip, local(clip)));
+        let timed = self.clips.iter().zip(self.local_times(playback, time));
         timed.flat_map(|(clip, time)| clip.channels.iter().map(move |channel| (channel, time)))
     }
 

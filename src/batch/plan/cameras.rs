@@ -10,6 +10,7 @@ use crate::{
         Camera, FilmSize, FrameCamera, Lens, Neighbours, SceneCamera,
         path::{CameraPath, Shutter},
     },
+    compile::{self, default_scene::ModelRun},
     describe::{MovingDesc, SceneDesc, Values},
     error::Error,
     math::DVec3,
@@ -24,6 +25,9 @@ pub(in crate::batch) fn metered_resolution(full: [u32; 2]) -> [u32; 2] {
     let longer = u64::from(full[0].max(full[1]).max(1));
     full.map(|n| ((u64::from(n) * u64::from(SIDE) / longer) as u32).max(1))
 }
+
+/// The frames of a second, if nothing says it: those of Blender.
+const FPS: f64 = 24.0;
 
 /// The cameras of a job.
 pub(in crate::batch) struct JobCameras {
@@ -43,27 +47,32 @@ pub(in crate::batch) struct JobCameras {
 pub(in crate::batch) fn cameras(
     desc: &SceneDesc,
     request: &Request,
-    values: Option<&Values>,
+    (values, run): (Option<&Values>, Option<&ModelRun>),
     (scene_camera, resolution): (Option<SceneCamera>, [u32; 2]),
     inputs: &Files,
 ) -> Result<JobCameras, Error> {
-    let own = OwnCamera::new(desc, values, scene_camera);
+    let own = OwnCamera {
+        run: run.filter(|run| run.moves_camera()).map(|run| (run, fps(request))),
+        is_among_moving: values.is_some() || run.is_some() || compile::plays_animations(desc),
+        ..OwnCamera::new(desc, values, scene_camera)
+    };
     let Some(file) = &request.camera_path else {
-        let (all, what) = match (request.turntable, values) {
-            (Some(last), _) => (
+        let (all, what) = match (request.turntable, run, values) {
+            (Some(last), ..) => (
                 1..=i64::from(last),
                 format!("the turntable, which has frames 1 to {last}"),
             ),
-            (None, Some(values)) => (values.frames(), "the table of values".to_owned()),
-            (None, None) => (1..=1, "the scene's own camera, which has frame 1 only".to_owned()),
+            (None, Some(run), _) => (0..=last_frame(run.end, fps(request)), "the animations".to_owned()),
+            (None, None, Some(values)) => (values.frames(), "the table of values".to_owned()),
+            (None, None, None) => (1..=1, "the scene's own camera, which has frame 1 only".to_owned()),
         };
         let first = *all.start() as f64;
         let camera = own.at(first)?.ok_or_else(|| Error::NoCamera {
             path: desc.source.path.clone(),
         })?;
-        // Values are held before their first and after their last row.
-        let there = match (request.turntable, values) {
-            (None, Some(_)) => -MAX_FRAME..=MAX_FRAME,
+        // Values and poses are held before their first and after their last key.
+        let there = match request.turntable {
+            None if own.is_among_moving => -MAX_FRAME..=MAX_FRAME,
             _ => all.clone(),
         };
         let frames = frames(request, (&all, &there), &what)?;
@@ -129,6 +138,22 @@ pub(in crate::batch) fn cameras(
     })
 }
 
+/// The frames of a second of animations.
+pub(in crate::batch) fn fps(request: &Request) -> f64 {
+    request.fps.unwrap_or(FPS)
+}
+
+/// The first frame at or after `end`, in s, whose time in single precision reaches it.
+fn last_frame(end: f64, fps: f64) -> i64 {
+    let last = (end * fps).ceil().clamp(0.0, MAX_FRAME as f64);
+    let reaches = |frame: f64| frame / fps >= end || (frame / fps) as f32 >= end as f32;
+    if last > 0.0 && reaches(last - 1.0) {
+        last as i64 - 1
+    } else {
+        last as i64
+    }
+}
+
 /// A path that says of the lens what the scene's camera has not is wrong about one of the two.
 fn check_columns(file: &Path, path: &CameraPath, lens: &Lens) -> Result<(), Error> {
     let columns = lens.unsupported_columns(&path.lens_at(path.first()));
@@ -176,6 +201,8 @@ fn warn_of_columns(file: &Path, path: &CameraPath, request: &Request) {
 
 /// The scene's own camera, whose values may change over time.
 struct OwnCamera<'a> {
+    /// The run that moves it, and the frame rate.
+    run: Option<(&'a ModelRun, f64)>,
     still: Option<SceneCamera>,
     shutter: Shutter,
     /// Whether other values of the scene change over time.
@@ -187,6 +214,7 @@ impl<'a> OwnCamera<'a> {
     fn new(desc: &'a SceneDesc, values: Option<&'a Values>, still: Option<SceneCamera>) -> Self {
         let of_camera = values.filter(|values| values.of_camera().next().is_some());
         Self {
+            run: None,
             still,
             shutter: desc.shutter,
             is_among_moving: values.is_some(),
@@ -196,7 +224,9 @@ impl<'a> OwnCamera<'a> {
 
     /// The camera at a time in frames.
     fn at(&self, frame: f64) -> Result<Option<SceneCamera>, Error> {
+        let of_run = self.run.and_then(|(run, fps)| run.camera(frame / fps)?.compile().ok());
         match &self.moving {
+            _ if of_run.is_some() => Ok(of_run),
             Some(moving) => moving.camera(frame).map_err(Error::Invalid),
             None => Ok(self.still),
         }
@@ -210,7 +240,7 @@ impl<'a> OwnCamera<'a> {
         };
         let Shutter { open, close } = self.shutter;
         let time = |u: f64| frame + (open + (close - open) * u);
-        let camera = match self.moving.is_some() && open < close {
+        let camera = match (self.moving.is_some() || self.run.is_some()) && open < close {
             true => FrameCamera::moving(|u| at(time(u)))?,
             false => FrameCamera::from(at(time(0.0))?),
         };
@@ -270,5 +300,16 @@ mod tests {
         assert_eq!(resolution([1920, 1080]), [96, 54]);
         assert_eq!(resolution([3, 3000]), [1, 96]);
         assert_eq!(resolution([16, 16]), [96, 96]);
+    }
+
+    #[test]
+    fn a_run_ends_at_the_first_frame_that_reaches_its_last_key() {
+        for frames in 0..2000_u32 {
+            // The time of a key in a file.
+            let end = f64::from((f64::from(frames) / 24.0) as f32);
+            assert_eq!(super::last_frame(end, 24.0), i64::from(frames));
+        }
+        assert_eq!(super::last_frame(1.01, 24.0), 25);
+        assert_eq!(super::last_frame(1e9, 24.0), super::MAX_FRAME);
     }
 }

@@ -13,7 +13,7 @@ use crate::{
     output::{DisplayTransform, FilePattern, Shown},
     render::{self, AdaptiveSampling, Content, SampleBudget},
     sampler::{Sampler, SeedMode},
-    shape::mesh::LightUnits,
+    shape::mesh::{AnimationChoice, LightUnits},
     value::Problem,
     warnings::Warnings,
 };
@@ -31,6 +31,8 @@ pub struct PicturePlan {
     pub turntable: Option<Turntable>,
     /// Frames per second, as a fraction.
     pub fps: Option<(i32, u32)>,
+    /// The animations that a model by itself plays.
+    pub animation: Option<AnimationChoice>,
     pub accel: BuildOptions,
     pub integrator: BuiltIn,
     /// The settings of every frame, but for its number.
@@ -82,6 +84,7 @@ impl PicturePlan {
             camera,
             turntable: turntable.map(|(frames, start)| Turntable { start, frames }),
             fps: request.fps.map(frame_rate::rational),
+            animation: request.animation.clone(),
             accel: request.accel,
             integrator,
             settings: render::Settings {

@@ -19,6 +19,7 @@ use crate::{
     output::{Attribute, DisplayTransform, Encoding, FrameMetadata, Shown, camera_attributes},
     render::{AdaptiveSampling, Content, SceneTime, Settings, moment_times},
     sampler::Sampler,
+    shape::mesh::AnimationChoice,
 };
 
 /// Rises with every change of the program that changes pixels between two versions of the package.
@@ -97,6 +98,9 @@ struct Hashed<'a> {
     turntable: Option<Turntable>,
     point_radius: Option<f32>,
     variant: &'a Option<String>,
+    /// The animations of a model by itself.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    animation: &'a Option<AnimationChoice>,
     frame: i32,
     /// `None` for what all frames share.
     camera: Option<FrameCamera>,
@@ -194,6 +198,7 @@ impl<'a> Hashed<'a> {
             turntable: picture.turntable,
             point_radius: picture.model.0,
             variant: &picture.model.1,
+            animation: &picture.animation,
             frame: number,
             camera: camera.map(|camera| camera.clone().with_neighbours(Neighbours::default())),
             neighbours: camera.filter(|_| motion).map(|camera| *camera.neighbours()),

@@ -184,3 +184,5 @@ fn a_frame_after_one_that_is_wrong_is_right() {
     let found = picture(scenes.seek(3.0).expect("a scene"));
     assert!(found == picture(alone.seek(3.0).expect("a scene")));
 }
+
+mod animations;

@@ -1,11 +1,11 @@
 //! The animations of a model that are played, and when.
 
-use serde::{Deserialize, Deserializer, de};
+use serde::{Deserialize, Deserializer, Serialize, de};
 
 use crate::value::number;
 
 /// The animations of a file that are played.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
+#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize)]
 pub enum AnimationChoice {
     All,
     /// By their names.
@@ -19,6 +19,13 @@ impl AnimationChoice {
             "all" => Self::All,
             name => Self::Named(vec![name.to_owned()]),
         }
+    }
+}
+
+impl AnimationChoice {
+    /// Whether none is played.
+    pub fn is_empty(&self) -> bool {
+        matches!(self, Self::Named(names) if names.is_empty())
     }
 }
 
