@@ -154,6 +154,7 @@ fn a_scene_that_is_changed_equals_one_that_is_compiled_for_its_time() {
         ("object.ball.shape.sphere.radius", "0.7", "1.2"),
         ("object.ball.material", "red", "glass"),
         ("object.roof.material", "glass", "lamp"),
+        ("object.roof 2.shape.mesh.file", "roof.obj", "lit.obj"),
     ] {
         both_ways(&format!("frame,{column}\n1,{first}\n3,{last}\n"), &FRAMES);
     }
@@ -183,6 +184,20 @@ fn a_frame_after_one_that_is_wrong_is_right() {
     let picture = |scene: &Scene| bits(&job.render_frame(scene, 0).expect("a film"));
     let found = picture(scenes.seek(3.0).expect("a scene"));
     assert!(found == picture(alone.seek(3.0).expect("a scene")));
+}
+
+#[test]
+fn a_file_that_a_cell_names_is_there_or_is_told_with_the_cell() {
+    let folder = folder("frame,object.roof.shape.mesh.file\n1,roof.obj\n2,none.obj\n");
+    let message = job(folder.path())
+        .load()
+        .map(drop)
+        .expect_err("no such file")
+        .to_string();
+    assert!(
+        message.contains("v.csv:3: object.roof.shape.mesh.file: cannot read the file"),
+        "{message}"
+    );
 }
 
 mod animations;
