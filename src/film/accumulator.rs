@@ -14,6 +14,7 @@ use super::{
 use crate::{
     math::Rgb,
     scene::{FirstHit, MatteKind},
+    simd::prefetch,
 };
 
 /// A finished sample.
@@ -226,6 +227,12 @@ impl TileAccumulator {
     /// The pixels of the tile.
     pub fn tile(&self) -> Window {
         self.tile
+    }
+
+    /// Prefetches the sums of a pixel.
+    #[inline]
+    pub fn prefetch(&self, pixel: usize) {
+        prefetch(&self.beauty, pixel);
     }
 
     /// Adds the samples of a pixel, in order; pixels are counted by rows from the tile's top left. Returns the number of samples

@@ -99,19 +99,22 @@ impl Moment {
     pub fn list(self, tile: Window, [first, end]: [u32; 2], keys: &mut SampleKeys) {
         let Moments { run_bits, seed, .. } = self.all;
         let (choice, stratum) = (PlaceInStratum::new(self), self.stratum());
-        for (x, y) in squares(tile) {
-            if !choice.is_of([x, y]) {
-                continue;
-            }
-            for run in first >> run_bits..=(end - 1) >> run_bits {
-                // Its lowest bits are the highest of the stratum.
-                let order = hash(mix32(seed ^ (1 << 31 | run)), [x, y]) ^ stratum;
-                let in_run = order.reverse_bits().checked_shr(32 - run_bits).unwrap_or(0);
-                let sample = run << run_bits | in_run;
-                if (first..end).contains(&sample) {
-                    keys.columns.push(x);
-                    keys.rows.push(y);
-                    keys.samples.push(sample);
+        for square in squares(tile) {
+            for [x, y] in choice.of_square(square) {
+                if !(tile.x0..tile.x1).contains(&x) || !(tile.y0..tile.y1).contains(&y) {
+                    continue;
+                }
+                let (x, y) = (x as u32, y as u32);
+                for run in first >> run_bits..=(end - 1) >> run_bits {
+                    // Its lowest bits are the highest of the stratum.
+                    let order = hash(mix32(seed ^ (1 << 31 | run)), [x, y]) ^ stratum;
+                    let in_run = order.reverse_bits().checked_shr(32 - run_bits).unwrap_or(0);
+                    let sample = run << run_bits | in_run;
+                    if (first..end).contains(&sample) {
+                        keys.columns.push(x);
+                        keys.rows.push(y);
+                        keys.samples.push(sample);
+                    }
                 }
             }
         }
@@ -155,20 +158,38 @@ impl PlaceInStratum {
         Self { levels, count }
     }
 
+    /// The pixels of a square of two by two that take the moment.
     #[inline(always)]
-    fn is_of(&self, [x, y]: [u32; 2]) -> bool {
-        (0..).zip(&self.levels[..self.count]).all(|(level, own)| {
-            let random = hash(own.seed, [x >> level >> 1, y >> level >> 1]);
-            let (a, b) = (x >> level & 1, y >> level & 1);
-            let b = if random & 4 == 0 { b } else { a };
-            // Each row and each column of two pixels has one of both halves.
-            let place = if own.bits == 2 {
-                (x ^ y) >> level << 1 & 2 | b
-            } else {
-                a ^ y >> level & 1
-            };
-            (place ^ random) & ((1 << own.bits) - 1) == own.place
-        })
+    fn of_square(&self, [x, y]: [i32; 2]) -> impl Iterator<Item = [i32; 2]> {
+        let levels = &self.levels[..self.count];
+        let is_chosen = (0..).zip(levels).skip(1).all(|(level, own)| {
+            let at = [x as u32 >> level, y as u32 >> level];
+            own.chosen(at) >> ((at[1] & 1) << 1 | at[0] & 1) & 1 == 1
+        });
+        let chosen = match levels.first() {
+            _ if !is_chosen => 0,
+            None => 0b1111,
+            Some(own) => own.chosen([x as u32, y as u32]),
+        };
+        let places = [[0, 0], [1, 0], [0, 1], [1, 1]].into_iter().enumerate();
+        places.filter_map(move |(k, [right, down])| (chosen >> k & 1 == 1).then_some([x + right, y + down]))
+    }
+}
+
+impl Level {
+    /// The places in the square of two by two around `at` that are chosen: bit 0 for the first, bit 1 for that to its right, bit 2
+    /// for that below.
+    #[inline(always)]
+    fn chosen(&self, [x, y]: [u32; 2]) -> u32 {
+        let random = hash(self.seed, [x >> 1, y >> 1]);
+        let place = self.place ^ random;
+        if self.bits == 1 {
+            return if place & 1 == 0 { 0b1001 } else { 0b0110 };
+        }
+        // Each row and each column of two has one of both halves of the places.
+        let (own, other) = (place & 1, place & 1 ^ place >> 1 & 1);
+        let [right, down] = if random & 4 == 0 { [other, own] } else { [own, other] };
+        1 << (down << 1 | right)
     }
 }
 
@@ -178,17 +199,13 @@ fn hash(seed: u32, [x, y]: [u32; 2]) -> u32 {
     mix32(seed ^ x.wrapping_mul(0x9e37_79b1) ^ y.wrapping_mul(0x85eb_ca77))
 }
 
-/// The pixels of a tile by squares.
-fn squares(tile: Window) -> impl Iterator<Item = (u32, u32)> {
-    let step = |from: i32, to: i32| {
-        (from..to)
-            .step_by(SQUARE as usize)
-            .map(move |first| first..to.min(first + SQUARE))
-    };
-    step(tile.y0, tile.y1).flat_map(move |rows| {
-        step(tile.x0, tile.x1).flat_map(move |columns| {
-            let row = move |y: i32| columns.clone().map(move |x| (x as u32, y as u32));
-            rows.clone().flat_map(row)
+/// The squares of two by two pixels that a tile has a part of, by larger squares.
+fn squares(tile: Window) -> impl Iterator<Item = [i32; 2]> {
+    let step = |from: i32, to: i32, by: i32| (from & !(by - 1)..to).step_by(by as usize);
+    step(tile.y0, tile.y1, SQUARE).flat_map(move |top| {
+        step(tile.x0, tile.x1, SQUARE).flat_map(move |left| {
+            let row = move |y: i32| step(left, tile.x1.min(left + SQUARE), 2).map(move |x| [x, y]);
+            step(top, tile.y1.min(top + SQUARE), 2).flat_map(row)
         })
     })
 }

@@ -5,8 +5,11 @@ use crate::{
     render::{
         Cancelled, Control, context::RenderContext, moments::Sweep, sample_block::SampleBlock, wave_stats::WaveStats,
     },
-    sampler::{SampleKey, SampleKeys},
+    sampler::SampleKeys,
 };
+
+/// The number of samples by which the sums of their pixels are prefetched.
+const AHEAD: usize = 8;
 
 impl Wave {
     /// Renders those samples of a sweep that belong to its moment, that of the context, and adds them to the accumulators of their
@@ -34,15 +37,16 @@ impl Wave {
         self.trace(context, &SampleBlock::Listed(&listed), control, &mut stats)?;
         let (passes, mut first) = (context.passes(), 0);
         for ((tile, accumulator), end) in sweep.tiles.iter_mut().zip(ends) {
+            let index = |i: usize| tile.index(listed.columns[i] as i32, listed.rows[i] as i32);
             for i in first..end {
-                let SampleKey {
-                    pixel: [x, y], sample, ..
-                } = listed.get(i);
-                let pixel = tile.index(x as i32, y as i32);
-                let record = std::iter::once(self.record(context, i, sample));
-                let count = accumulator.add(context.accumulators, &passes, pixel, record);
+                if i + AHEAD < end {
+                    accumulator.prefetch(index(i + AHEAD));
+                }
+                let record = std::iter::once(self.record(context, i, listed.samples[i]));
+                let count = accumulator.add(context.accumulators, &passes, index(i), record);
                 if count > 0 {
-                    stats.invalid.count_pixel([x as i32, y as i32], count);
+                    let pixel = [listed.columns[i] as i32, listed.rows[i] as i32];
+                    stats.invalid.count_pixel(pixel, count);
                 }
             }
             first = end;
