@@ -16,7 +16,9 @@ const MARGIN: f32 = 1e-3;
 #[repr(C, align(32))]
 pub(super) struct LightGroups<const N: usize> {
     center: [[f32; N]; 3],
-    radius2: [f32; N],
+    radius: [f32; N],
+    /// In m^-1; infinite for a point.
+    inverse_radius: [f32; N],
     axis: [[f32; N]; 3],
     /// The intensity in W sr^-1; 0 where there is no group.
     power: [f32; N],
@@ -63,7 +65,8 @@ impl Angle {
 impl<const N: usize> LightGroups<N> {
     pub const NONE: Self = Self {
         center: [[0.0; N]; 3],
-        radius2: [0.0; N],
+        radius: [0.0; N],
+        inverse_radius: [f32::INFINITY; N],
         axis: [[0.0; N]; 3],
         power: [0.0; N],
         cos_o: [0.0; N],
@@ -84,7 +87,7 @@ impl<const N: usize> LightGroups<N> {
             self.center[axis][i] = center[axis];
             self.axis[axis][i] = directions.axis[axis];
         }
-        self.radius2[i] = radius * radius;
+        (self.radius[i], self.inverse_radius[i]) = (radius, 1.0 / radius);
         self.power[i] = group.power;
         let shines_all_ways = directions.cos_o <= -1.0;
         let open = Angle::of_cos(directions.cos_o);
@@ -117,14 +120,13 @@ impl<const N: usize> LightGroups<N> {
                 self.center[1][i] - p.y,
                 self.center[2][i] - p.z,
             );
-            let (d2, r2) = (x * x + y * y + z * z, self.radius2[i]);
-            let nearest = if d2 > r2 { d2 } else { r2 };
-            let scale = 1.0 / d2.sqrt();
+            let d = (x * x + y * y + z * z).sqrt();
+            let scale = 1.0 / d;
             // The angular radius of the bounding sphere.
-            let sin2 = r2 / d2;
+            let sin = self.radius[i] * scale;
             let ball = Angle {
-                cos: (1.0 - sin2).max(0.0).sqrt(),
-                sin: sin2.sqrt(),
+                cos: (1.0 - sin * sin).max(0.0).sqrt(),
+                sin,
             };
             let out = -(self.axis[0][i] * x + self.axis[1][i] * y + self.axis[2][i] * z) * scale;
             let out = if self.side[i] < 0.0 { out.abs() } else { out };
@@ -139,8 +141,10 @@ impl<const N: usize> LightGroups<N> {
             let facing = if is_any { 1.0 } else { facing.max(MARGIN) };
             let factor = if shines { off.cos.max(MARGIN) * facing } else { 0.0 };
             // Inside of the bounding sphere all directions are possible.
-            let factor = if d2 > r2 { factor } else { 1.0 };
-            let brought = self.power[i] * factor / nearest;
+            let is_outside = d > self.radius[i];
+            let factor = if is_outside { factor } else { 1.0 };
+            let nearest = if is_outside { scale } else { self.inverse_radius[i] };
+            let brought = self.power[i] * factor * nearest * nearest;
             let bounded = if brought < f32::MAX {
                 brought
             } else {
