@@ -30,6 +30,11 @@ pub trait ModelFormat: Sync {
 pub trait ModelError: Error + Send + Sync {
     /// Whether a file could not be read at all, rather than understood.
     fn is_missing(&self) -> bool;
+
+    /// Whether the choice does not fit the file, which is sound.
+    fn is_choice(&self) -> bool {
+        false
+    }
 }
 
 impl<E: ModelError + 'static> From<E> for Box<dyn ModelError> {

@@ -66,6 +66,11 @@ impl AssetError {
         }
     }
 
+    /// Whether what a flag or a scene file chooses of a model does not fit it.
+    pub fn is_choice(&self) -> bool {
+        matches!(self, Self::Model(e) if e.is_choice())
+    }
+
     /// Whether a file could not be read at all, rather than understood.
     pub fn is_missing(&self) -> bool {
         match self {

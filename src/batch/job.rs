@@ -57,7 +57,13 @@ impl Job {
                 animation: request.animation.as_ref(),
                 point_radius: request.point_radius,
             };
-            default_scene::describe(path, options, &store)?
+            default_scene::describe(path, options, &store).map_err(|error| match error {
+                // Flags made the choice.
+                compile::Error::Assets(errors) if errors.iter().any(AssetError::is_choice) => {
+                    Error::Usage(compile::Error::Assets(errors).to_string())
+                }
+                error => error.into(),
+            })?
         } else {
             if request.camera.is_some() {
                 return Err(Error::CameraOfSceneFile);

@@ -4,6 +4,7 @@
 mod common;
 
 mod adaptive;
+mod animation;
 mod assignment;
 mod batches;
 mod bits;

@@ -135,7 +135,7 @@ pub(super) fn read(
             if owner != number {
                 let other = one_line(&names[owner], 80);
                 let what = described(document, &pointer);
-                return Err(GltfProblem::broken(format!(
+                return Err(GltfProblem::Conflict(format!(
                     "the animations `{other}` and `{shown}` both move {what}"
                 )));
             }

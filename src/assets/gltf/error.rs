@@ -25,6 +25,8 @@ pub enum GltfError {
     Broken { cause: String, path: PathBuf },
     #[error("{cause}: {}", path.display())]
     UnknownName { cause: UnknownName, path: PathBuf },
+    #[error("{cause}: {}", path.display())]
+    Conflict { cause: String, path: PathBuf },
     #[error("unsupported model: {what}: {}", path.display())]
     Unsupported { what: String, path: PathBuf },
 }
@@ -32,6 +34,10 @@ pub enum GltfError {
 impl ModelError for GltfError {
     fn is_missing(&self) -> bool {
         matches!(self, Self::Read { source, .. } | Self::Missing { source, .. } if !is_refused(source))
+    }
+
+    fn is_choice(&self) -> bool {
+        matches!(self, Self::UnknownName { .. } | Self::Conflict { .. })
     }
 }
 
@@ -42,6 +48,9 @@ pub(super) enum GltfProblem {
     Broken(String),
     #[error("{0}")]
     UnknownName(UnknownName),
+    /// Choices that exclude each other.
+    #[error("{0}")]
+    Conflict(String),
     #[error("{0}")]
     Unsupported(String),
     #[error("{source}")]
@@ -75,6 +84,7 @@ impl GltfProblem {
         match self {
             Self::Broken(cause) => GltfError::Broken { cause, path },
             Self::UnknownName(cause) => GltfError::UnknownName { cause, path },
+            Self::Conflict(cause) => GltfError::Conflict { cause, path },
             Self::Unsupported(what) => GltfError::Unsupported { what, path },
             Self::Missing { source, file } => GltfError::Missing { source, file, path },
         }

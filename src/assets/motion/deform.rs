@@ -178,9 +178,11 @@ impl Deform {
 impl MeshShape {
     /// Transforms each vertex by its own matrix.
     fn bend(&mut self, matrix: impl Fn(usize) -> DAffine3 + Sync) {
-        let position = |(i, p): (usize, &mut Vec3)| *p = matrix(i).transform_point3(p.as_dvec3()).as_vec3();
+        let vertices = (0..self.positions.len()).into_par_iter().with_min_len(PAR_MIN_LEN);
+        let matrices: Vec<DAffine3> = vertices.map(&matrix).collect();
+        let position = |(i, p): (usize, &mut Vec3)| *p = matrices[i].transform_point3(p.as_dvec3()).as_vec3();
         let normal = |(i, n): (usize, &mut Vec3)| {
-            let m = matrix(i).matrix3;
+            let m = matrices[i].matrix3;
             let normals = DMat3::from_cols(
                 m.y_axis.cross(m.z_axis),
                 m.z_axis.cross(m.x_axis),
@@ -189,7 +191,7 @@ impl MeshShape {
             *n = (normals * n.as_dvec3()).normalize_or_zero().as_vec3();
         };
         let tangent = |(i, t): (usize, &mut Vec4)| {
-            let along = (matrix(i).matrix3 * t.truncate().as_dvec3()).normalize_or_zero();
+            let along = (matrices[i].matrix3 * t.truncate().as_dvec3()).normalize_or_zero();
             *t = along.as_vec3().extend(t.w);
         };
         let positions = self.positions.par_iter_mut().enumerate();
