@@ -28,7 +28,7 @@ use super::{
 use crate::{
     assets::Files,
     camera::FrameCamera,
-    compile::default_scene::ModelRun,
+    compile::{self, default_scene::ModelRun},
     describe::{SceneDesc, Values},
     error::Error,
     film::Film,
@@ -83,6 +83,8 @@ pub struct Plan {
     pub camera_path: Option<PathBuf>,
     /// The values of the scene that change over time.
     pub values: Option<Arc<Values>>,
+    /// Whether models play animations.
+    plays: bool,
     pub picture: PicturePlan,
     pub files: FilePlan,
     pub policy: Policy,
@@ -123,8 +125,11 @@ impl Plan {
         let mut picture = PicturePlan::new(desc, request, &patterns.rendered)?;
         let files = FilePlan::new(desc, request, &picture, &patterns)?;
         let values = values::values(desc, request, inputs)?;
+        let chooses = |path: &[String]| path.iter().any(|key| key == "animation");
+        let plays =
+            compile::plays_animations(desc) || values.iter().any(|values| values.keys().any(|(_, path)| chooses(path)));
         let sums = KeptSums {
-            moves: values.is_some(),
+            moves: values.is_some() || plays,
             checkpoint: request.policy.checkpoint.is_some(),
         };
         memory::take(desc, &picture, sums, inputs.memory())?;
@@ -177,6 +182,7 @@ impl Plan {
             first_eye,
             camera_path: request.camera_path.clone(),
             values,
+            plays,
             picture,
             files,
             policy: request.policy,
@@ -202,9 +208,12 @@ impl Plan {
         renderer.render_moving(scenes, camera, self.picture.integrator.as_dyn(), &settings, control)
     }
 
-    /// The names of the values of the scene and what they are at a frame, in TOML; `None` where no value changes over time.
+    /// The names of the values of the scene and what they are at a frame, in TOML, with the time of animations; `None` where no
+    /// value changes over time and no animation is played.
     pub fn moment(&self, frame: f64) -> Option<Vec<(&str, String)>> {
-        Some(self.values.as_ref()?.named_at(frame).collect())
+        let values = self.values.iter().flat_map(|values| values.named_at(frame));
+        let time = self.plays.then(|| ("time", (frame / self.fps).to_string()));
+        (self.values.is_some() || self.plays).then(|| values.chain(time).collect())
     }
 
     /// Whether the job renders its frames, and does not only denoise them.

@@ -324,4 +324,23 @@ mod tests {
         assert_eq!(of("1.2.3").picture, "c6e957be40b3cce3eb240dd44c385899");
         assert_ne!(of("1.2.4").picture, of("1.2.3").picture);
     }
+
+    /// The fingerprints of the scenes of two frames of a camera that rests.
+    fn scenes(animation: &str) -> [String; 2] {
+        let mesh = format!("[[object]]\nshape.mesh = {{ file = \"a.glb\", animation = {animation} }}\n");
+        let text = format!("{SCENE}{mesh}");
+        let desc = describe::load(Path::new("s.toml"), &Overrides::default(), |_| Ok(text)).expect("a scene");
+        let plan = Plan::new(&desc, &Request::default(), &Files::default()).expect("a plan");
+        let inputs = InputHash(ContentHash::of(b"inputs"));
+        [1, 2]
+            .map(|frame| Fingerprint::new(&plan, &plan.picture.settings, inputs, (frame, &plan.frames[0].camera)).scene)
+    }
+
+    #[test]
+    fn frames_in_which_a_model_plays_an_animation_do_not_show_the_same_scene() {
+        let [first, second] = scenes("\"Walk\"");
+        assert_ne!(first, second);
+        let [first, second] = scenes("[]");
+        assert_eq!(first, second);
+    }
 }
