@@ -9,6 +9,7 @@ use std::{
 use super::{
     CameraRig, Existing, InputHash, Inventory, JobEvent, Observer, Plan, PlannedFrame, Request, SceneFigures, Scenes,
     Stale, Summary, Survey,
+    frame_scenes::{Failed, ScenesOfFrame},
     products::{denoise, denoised, targets},
     resume::checkpoint,
     resume::job_lock::JobLock,
@@ -29,7 +30,7 @@ use crate::{
     error::Error,
     film::Film,
     output::png::data::MOST_IDS,
-    render::{Control, RenderError, Renderer, StillScene},
+    render::{Control, Renderer},
     scene::{Scene, SceneBuildError, SceneBuilder},
 };
 
@@ -243,16 +244,24 @@ impl Job {
     /// Renders the frame with this index in the plan, and writes nothing.
     ///
     /// # Errors
-    /// A pass shows a light group that the scene does not have.
-    pub fn render_frame(&self, scene: &Scene, index: usize) -> Result<Film, RenderError> {
+    /// The frame was cancelled, there is no scene at one of its times, or a pass shows a light group that the scene does not have.
+    pub fn render_frame(&self, scenes: &mut Scenes<'_>, index: usize, control: &Control<'_>) -> Result<Film, Error> {
         let (plan, frame) = (&self.plan, &self.plan.frames[index]);
+        let scene = match plan.picture.turntable {
+            Some(_) => scenes.seek(plan.first_frame)?,
+            None => scenes.current(),
+        };
         let camera = CameraRig::new(plan, scene).camera(plan, frame);
-        plan.render_frame(
-            &Renderer::new(),
-            &mut StillScene(scene),
-            (frame, &camera),
-            &Control::default(),
-        )
+        let mut of_frame = ScenesOfFrame {
+            scenes,
+            number: frame.number,
+            camera: &camera,
+        };
+        let film = plan.render_frame(&Renderer::new(), &mut of_frame, (frame, &camera), control);
+        film.map_err(|failed| match failed {
+            Failed::Render(error) => error.into(),
+            Failed::Scene(error) => error,
+        })
     }
 
     /// Finds out, and changes nothing, whether a file that the job writes is one that it has read so far, is written twice, or

@@ -12,7 +12,7 @@ mod run;
 mod tracer;
 
 pub use html::page;
-pub use picture::{PictureError, PictureReport, Subject};
+pub use picture::{PictureReport, Subject};
 pub use rays::{Buffers, RayKind, SIDE};
 pub use report::{BuildRow, Cell, Report};
 pub use run::{BenchObserver, BenchOptions, Error, run};

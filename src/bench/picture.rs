@@ -13,7 +13,7 @@ use crate::{
     film::Film,
     integrator::{Stage, StageTimes},
     output::EncodeError,
-    render::{Control, Counters, RenderError, Settings},
+    render::{Control, Counters, Settings},
     simd::Isa,
 };
 
@@ -36,7 +36,7 @@ pub struct PictureReport {
     pub samples: u32,
     pub threads: usize,
     pub simd: String,
-    /// From the first camera ray to the last pixel, without loading, building and writing.
+    /// From the first camera ray to the last pixel, without loading, building and writing; with the changes of a scene that moves.
     pub wall_ms: f64,
     pub msamples_per_s: f64,
     /// Segments of paths, without shadow rays.
@@ -44,22 +44,15 @@ pub struct PictureReport {
     pub stages: Vec<StageRow>,
 }
 
-/// Why a picture could not be measured.
-#[derive(Debug, thiserror::Error)]
-pub enum PictureError {
-    #[error(transparent)]
-    Render(#[from] RenderError),
-    #[error(transparent)]
-    Encode(#[from] EncodeError),
-}
-
 /// A picture that can be rendered and encoded again and again.
 pub trait Subject {
+    type Error: From<EncodeError>;
+
     /// Renders it on the threads of the current rayon pool.
     ///
     /// # Errors
-    /// A pass shows a light group that the scene does not have.
-    fn render(&self, control: &Control<'_>) -> Result<Film, RenderError>;
+    /// There is no such picture.
+    fn render(&mut self, control: &Control<'_>) -> Result<Film, Self::Error>;
 
     /// Makes the bytes of its files and drops them.
     ///
@@ -72,25 +65,25 @@ pub trait Subject {
 ///
 /// # Errors
 /// It cannot be rendered or encoded.
-pub fn measure(
+pub fn measure<S: Subject>(
     scene: &str,
     simd: Isa,
     settings: &Settings,
-    subject: &dyn Subject,
+    subject: &mut S,
     repetitions: NonZeroUsize,
-) -> Result<PictureReport, PictureError> {
+) -> Result<PictureReport, S::Error> {
     let once = |_| measure_once(scene, simd, settings, subject);
     let mut reports: Vec<PictureReport> = (0..repetitions.get()).map(once).collect::<Result<_, _>>()?;
     reports.sort_by(|a, b| a.wall_ms.total_cmp(&b.wall_ms));
     Ok(reports.swap_remove(reports.len() / 2))
 }
 
-fn measure_once(
+fn measure_once<S: Subject>(
     scene: &str,
     simd: Isa,
     settings: &Settings,
-    subject: &dyn Subject,
-) -> Result<PictureReport, PictureError> {
+    subject: &mut S,
+) -> Result<PictureReport, S::Error> {
     let (times, counters) = (StageTimes::default(), Counters::default());
     let control = Control {
         stages: Some(&times),

@@ -128,12 +128,12 @@ pub struct BenchArgs {
     #[arg(long, conflicts_with_all = ["embree", "report", "builds"])]
     pub picture: bool,
 
-    /// Camera path of the picture, a CSV file; its first frame is measured
+    /// Camera path of the picture, a CSV file; its first frame is measured unless `--range` names one
     #[arg(long, value_name = "FILE", requires = "picture")]
     pub frames: Option<PathBuf>,
 
-    /// The frame of the camera path to measure, in place of the first
-    #[arg(short, long, value_name = "SPEC", allow_hyphen_values = true, requires = "frames")]
+    /// The frame to measure, in place of the first
+    #[arg(short, long, value_name = "SPEC", allow_hyphen_values = true, requires = "picture")]
     pub range: Option<FrameRange>,
 
     #[command(flatten)]

@@ -10,7 +10,7 @@ use super::{args::BenchArgs, log::LastWarnings, progress::say, threads::threads}
 use anyhow::Context;
 use batch_render::{
     accel::BuildOptions,
-    batch::{CameraRig, Fingerprint, Job, Plan, PlannedFrame, Request},
+    batch::{CameraRig, Fingerprint, Job, PlannedFrame, Request, Scenes},
     bench::{self, BenchObserver, BenchOptions, Buffers, Subject},
     camera::FrameCamera,
     describe::Overrides,
@@ -18,8 +18,7 @@ use batch_render::{
     film::Film,
     geometry::Geometry,
     output::{EncodeError, FrameImage, atomic},
-    render::{Control, RenderError, Renderer, StillScene},
-    scene::Scene,
+    render::Control,
     simd::Isa,
 };
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -74,18 +73,17 @@ fn picture(args: &BenchArgs, simd: Isa) -> anyhow::Result<()> {
         let job = Job::open(&args.scene, &request)?;
         let loaded = job.load()?;
         check(args, &job)?;
-        let scene = job.build(loaded)?;
+        let mut scenes = job.scenes(job.build(loaded)?);
         let frame = job.plan.frames.first().context("there is no frame to render")?;
-        let subject = FirstFrame {
-            camera: CameraRig::new(&job.plan, &scene).camera(&job.plan, frame),
+        let mut subject = FirstFrame {
+            camera: CameraRig::new(&job.plan, scenes.seek(job.plan.first_frame)?).camera(&job.plan, frame),
             fingerprint: Fingerprint::of_frame(&job.plan, job.inputs(), frame),
-            plan: &job.plan,
-            scene: &scene,
+            job: &job,
+            scenes,
             frame,
         };
         let settings = &job.plan.picture.settings;
-        bench::picture::measure(&job.desc.name(), simd, settings, &subject, args.repetitions)
-            .map_err(anyhow::Error::from)
+        bench::picture::measure(&job.desc.name(), simd, settings, &mut subject, args.repetitions)
     })?;
     say(report.to_text().trim_end());
     match &args.json {
@@ -96,34 +94,31 @@ fn picture(args: &BenchArgs, simd: Isa) -> anyhow::Result<()> {
 
 /// The first frame of a job.
 struct FirstFrame<'a> {
-    plan: &'a Plan,
-    scene: &'a Scene,
+    job: &'a Job,
+    scenes: Scenes<'a>,
     frame: &'a PlannedFrame,
     camera: FrameCamera,
     fingerprint: Fingerprint,
 }
 
 impl Subject for FirstFrame<'_> {
-    fn render(&self, control: &Control<'_>) -> Result<Film, RenderError> {
-        self.plan.render_frame(
-            &Renderer::new(),
-            &mut StillScene(self.scene),
-            (self.frame, &self.camera),
-            control,
-        )
+    type Error = anyhow::Error;
+
+    fn render(&mut self, control: &Control<'_>) -> anyhow::Result<Film> {
+        Ok(self.job.render_frame(&mut self.scenes, 0, control)?)
     }
 
     fn encode(&self, film: &Film) -> Result<(), EncodeError> {
+        let plan = &self.job.plan;
+        let background = &self.scenes.current().shading.background;
         let image = FrameImage {
             film,
-            shown: self.plan.picture.shown,
-            coverage: self
-                .plan
-                .coverage(&self.scene.shading.background, self.camera.fills_film()),
-            metadata: &self.fingerprint.metadata(self.plan, self.frame.number, &self.camera),
+            shown: plan.picture.shown,
+            coverage: plan.coverage(background, self.camera.fills_film()),
+            metadata: &self.fingerprint.metadata(plan, self.frame.number, &self.camera),
         };
         for file in &self.frame.files {
-            file.format.encode(&image, self.plan.files.encoding, &mut io::sink())?;
+            file.format.encode(&image, plan.files.encoding, &mut io::sink())?;
         }
         Ok(())
     }
@@ -147,19 +142,18 @@ fn rays(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let _last = LastWarnings(request.warnings.clone());
     let pool = threads(args.threads)?;
     let job = pool.install(|| Job::open(&args.scene, &request))?;
-    let camera = job
+    let frame = job
         .plan
         .frames
         .first()
-        .context("there is no frame to take the camera from")?
-        .camera
-        .camera(0.0);
+        .context("there is no frame to take the camera from")?;
     let progress = BenchProgress::new(quiet);
     let report = pool.install(|| {
         let loaded = job.load()?;
         check(args, &job)?;
-        let scene = job.build(loaded)?;
-        let buffers = Buffers::new(&scene, &camera);
+        let mut scenes = job.scenes(job.build(loaded)?);
+        let scene = scenes.seek(f64::from(frame.number) + frame.camera.shutter_time(0.0))?;
+        let buffers = Buffers::new(scene, &frame.camera.camera(0.0));
         let geometry = contest(scene.geometry.accel.geometry(), args.embree.as_deref());
         let options = BenchOptions {
             scene: job.desc.name(),

@@ -5,6 +5,7 @@ use std::{path::Path, sync::Arc};
 use batch_render::{
     batch::{Job, Request},
     describe::{self, Source},
+    render::{Control, Renderer, StillScene},
 };
 
 const SIDE: u32 = 12;
@@ -106,7 +107,8 @@ fn job(lights: &str, strategy: &str, seed: u32) -> Job {
 /// The pixels' green at 16 samples.
 fn render(lights: &str, strategy: &str, seed: u32) -> Vec<f64> {
     let job = job(lights, strategy, seed);
-    let film = job.render_frame(&job.compile().expect("compiles"), 0).expect("a film");
+    let mut scenes = job.scenes(job.compile().expect("compiles"));
+    let film = job.render_frame(&mut scenes, 0, &Control::default()).expect("a film");
     film.beauty().iter().map(|p| f64::from(p[1])).collect()
 }
 
@@ -208,7 +210,12 @@ fn a_scene_whose_shading_is_replaced_looks_like_one_compiled_with_that_shading()
         for (job, to) in jobs.iter().zip(&compiled) {
             let replaced = from.with_shading(Arc::clone(&to.shading)).expect("as many materials");
             assert_eq!(replaced.lights.count(), to.lights.count());
-            let [found, expected] = [&replaced, to].map(|scene| job.render_frame(scene, 0).expect("a film"));
+            let (frame, control) = (&job.plan.frames[0], Control::default());
+            let of = |scene| {
+                let still = &mut StillScene(scene);
+                (job.plan).render_frame(&Renderer::new(), still, (frame, &frame.camera), &control)
+            };
+            let [found, expected] = [&replaced, to].map(|scene| of(scene).expect("a film"));
             assert!(found.beauty() == expected.beauty());
         }
     }

@@ -7,6 +7,7 @@ use batch_render::{
     describe::{self, Overrides, Source},
     film::Film,
     math::Vec3,
+    render::Control,
 };
 
 const SIDE: u32 = 16;
@@ -26,7 +27,8 @@ fn shoot(render: &str, show: Option<&str>, scene: &str) -> Film {
     };
     let job = Job::new(desc, &request).unwrap_or_else(|e| panic!("{e}"));
     let scene = job.compile().unwrap_or_else(|e| panic!("{e}"));
-    job.render_frame(&scene, 0).expect("a film")
+    job.render_frame(&mut job.scenes(scene), 0, &Control::default())
+        .expect("a film")
 }
 
 /// The values of a pass with `N` channels.

@@ -7,6 +7,7 @@ use batch_render::{
     assets::Store,
     batch::{Job, Request},
     compile::{self, Instancing},
+    render::{Control, Renderer, StillScene},
     scene::Scene,
 };
 
@@ -77,7 +78,9 @@ fn write(folder: &Folder, nodes: &[(usize, f32, f32)], heights: &[f32]) {
 fn numbers(folder: &Folder, instancing: Instancing) -> (Scene, Vec<u32>) {
     let job = Job::open(&folder.path("s.toml"), &Request::default()).expect("a job");
     let scene = compile::scene_instancing(&job.desc, AccelKind::Wide, &Store::default(), instancing).expect("a scene");
-    let film = job.render_frame(&scene, 0).expect("a film");
+    let (frame, still) = (&job.plan.frames[0], &mut StillScene(&scene));
+    let film = (job.plan).render_frame(&Renderer::new(), still, (frame, &frame.camera), &Control::default());
+    let film = film.expect("a film");
     let plane = film.plane("instanceId").expect("it was asked for");
     let numbers = plane.values.iter().map(|value| value.to_bits()).collect();
     (scene, numbers)

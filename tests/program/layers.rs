@@ -6,6 +6,7 @@ use batch_render::{
     describe::Overrides,
     film::{Film, FilmLayout, PassRequest, passes::BEAUTY},
     math::Vec3,
+    render::Control,
 };
 
 /// The films of a scene: all passes of `aovs`, in all frames of the camera path where there is one.
@@ -17,9 +18,9 @@ fn films(scene: &str, path: Option<&str>, aovs: &[&str]) -> Vec<Film> {
         ..Request::default()
     };
     let job = Job::open(&folder.write("s.toml", scene), &request).unwrap_or_else(|e| panic!("{e}"));
-    let scene = job.compile().unwrap_or_else(|e| panic!("{e}"));
-    let frames = 0..job.plan.frames.len();
-    frames.map(|i| job.render_frame(&scene, i).expect("a film")).collect()
+    let mut scenes = job.scenes(job.compile().unwrap_or_else(|e| panic!("{e}")));
+    let film = |i| job.render_frame(&mut scenes, i, &Control::default()).expect("a film");
+    (0..job.plan.frames.len()).map(film).collect()
 }
 
 /// The values of a pass with `N` channels.

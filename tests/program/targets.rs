@@ -115,6 +115,31 @@ fn bench_measures_the_picture_that_the_flags_ask_for() {
 }
 
 #[test]
+fn bench_measures_the_scene_of_its_frame_with_its_blur() {
+    let folder = folder();
+    folder.write("v.csv", "frame,object.object 1.visible\n1,true\n2,false\n");
+    let segments = |range: &str, shutter: &str| {
+        let scene = SCENE.replace("\"texture.t\"", "0.5");
+        let camera = format!("[camera]\nshutter = {shutter}\n");
+        folder.write(
+            "s.toml",
+            &format!("values = \"v.csv\"\n{}", scene.replace("[camera]\n", &camera)),
+        );
+        let flags = ["--picture", "--repetitions", "1", "--json", "f.json", "--samples", "64"];
+        folder.succeed(&[&["bench", "s.toml"], &flags[..], &["--range", range]].concat());
+        let figures: serde_json::Value = serde_json::from_slice(&folder.read("f.json")).expect("JSON");
+        figures["segments"].as_u64().expect("a number")
+    };
+    // Beyond the object there is the sky alone.
+    let sky = 16 * 12 * 64;
+    let there = segments("1", "[0, 0]") - sky;
+    assert!(there > 1000, "{there}");
+    assert_eq!(segments("2", "[0, 0]"), sky);
+    let half = (segments("1", "[0.5, 1.5]") - sky) as f64;
+    assert!((half / there as f64 - 0.5).abs() < 0.05, "{half} of {there}");
+}
+
+#[test]
 fn denoised_frames_are_files_of_the_job() {
     let folder = folder();
     folder.write("s.toml", &SCENE.replace("tex.png", "tex.0001.exr"));

@@ -6,6 +6,7 @@ use batch_render::{
     describe::Overrides,
     film::Film,
     math::{Rgb, WorkingSpace},
+    render::Control,
 };
 
 /// A scene of one material, `m`, under a sky.
@@ -26,7 +27,8 @@ fn film(folder: &Folder, text: &str) -> Film {
     };
     let job = Job::open(&folder.write("s.toml", text), &request).unwrap_or_else(|e| panic!("{e}"));
     let scene = job.compile().unwrap_or_else(|e| panic!("{e}"));
-    job.render_frame(&scene, 0).expect("a film")
+    job.render_frame(&mut job.scenes(scene), 0, &Control::default())
+        .expect("a film")
 }
 
 /// The largest difference between the picture in ACEScg and the converted one in Rec. 709, relative to the brightest pixel.

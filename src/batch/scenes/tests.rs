@@ -3,7 +3,7 @@ use std::{fs, path::Path};
 use super::*;
 use crate::{
     batch::{Job, Request},
-    film::Film,
+    render::{Control, Renderer, StillScene},
 };
 
 const SCENE: &str = r#"
@@ -103,7 +103,11 @@ fn job(folder: &Path) -> Job {
     Job::open(&folder.join("s.toml"), &request).unwrap_or_else(|e| panic!("{e}"))
 }
 
-fn bits(film: &Film) -> Vec<[u32; 4]> {
+/// The bits of a picture of this scene, which stands still.
+fn picture(job: &Job, scene: &Scene) -> Vec<[u32; 4]> {
+    let (frame, still) = (&job.plan.frames[0], &mut StillScene(scene));
+    let film = (job.plan).render_frame(&Renderer::new(), still, (frame, &frame.camera), &Control::default());
+    let film = film.expect("a film");
     film.beauty().iter().map(|pixel| pixel.map(f32::to_bits)).collect()
 }
 
@@ -115,12 +119,9 @@ fn both_ways(table: &str, frames: &[f64]) {
     let (mut changed, mut anew) = (job.scenes(compiled()), job.scenes(compiled()));
     let mut pictures = Vec::new();
     for &frame in frames {
-        let found = bits(
-            &job.render_frame(changed.seek(frame).expect("a scene"), 0)
-                .expect("a film"),
-        );
+        let found = picture(&job, changed.seek(frame).expect("a scene"));
         anew.recover();
-        let expected = bits(&job.render_frame(anew.seek(frame).expect("a scene"), 0).expect("a film"));
+        let expected = picture(&job, anew.seek(frame).expect("a scene"));
         assert!(found == expected, "frame {frame} of {table}");
         pictures.push(found);
     }
@@ -181,9 +182,8 @@ fn a_frame_after_one_that_is_wrong_is_right() {
         message.contains("v.csv:2: ") || message.contains("the transform has no inverse"),
         "{message}"
     );
-    let picture = |scene: &Scene| bits(&job.render_frame(scene, 0).expect("a film"));
-    let found = picture(scenes.seek(3.0).expect("a scene"));
-    assert!(found == picture(alone.seek(3.0).expect("a scene")));
+    let found = picture(&job, scenes.seek(3.0).expect("a scene"));
+    assert!(found == picture(&job, alone.seek(3.0).expect("a scene")));
 }
 
 #[test]

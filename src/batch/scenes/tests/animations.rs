@@ -98,12 +98,9 @@ fn both_ways(channels: &[(&str, usize)], table: Option<&str>) {
     let (mut moved, mut anew) = (job.scenes(compiled()), job.scenes(compiled()));
     let mut pictures = Vec::new();
     for frame in [1.0, 10.0, 4.5, 0.0, 10.0, 22.0, 500.0] {
-        let found = bits(
-            &job.render_frame(moved.seek(frame).expect("a scene"), 0)
-                .expect("a film"),
-        );
+        let found = picture(&job, moved.seek(frame).expect("a scene"));
         anew.recover();
-        let expected = bits(&job.render_frame(anew.seek(frame).expect("a scene"), 0).expect("a film"));
+        let expected = picture(&job, anew.seek(frame).expect("a scene"));
         assert!(found == expected, "frame {frame} of {channels:?}");
         pictures.push(found);
     }
