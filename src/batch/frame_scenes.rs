@@ -29,10 +29,11 @@ impl From<RenderError> for Failed {
 
 /// A time of a frame, in frames.
 pub(super) fn time_in_frames(number: i32, camera: &FrameCamera, time: SceneTime) -> f64 {
+    let [before, after] = camera.openings_around();
     let from_own = match time {
         SceneTime::Shutter(u) => camera.shutter_time(u),
-        SceneTime::Before => camera.shutter_time(0.0) - 1.0,
-        SceneTime::After => camera.shutter_time(0.0) + 1.0,
+        SceneTime::Before => before,
+        SceneTime::After => after,
     };
     f64::from(number) + from_own
 }

@@ -24,6 +24,9 @@ pub struct FrameCamera {
     /// The time at which it opens, in frames from that of the picture. The cameras and the scene are those of its times already.
     #[serde(skip)]
     open: f64,
+    /// The times at which the shutters of the frames before and after open, in the same way.
+    #[serde(skip)]
+    openings_around: [f64; 2],
 }
 
 /// The cameras of the frames before and after, as their shutters open; `None` where there is no such frame.
@@ -66,6 +69,7 @@ impl FrameCamera {
             neighbours: Neighbours::default(),
             exposure: 0.0,
             open: 0.0,
+            openings_around: [-1.0, 1.0],
         }
     }
 
@@ -74,13 +78,28 @@ impl FrameCamera {
         Self { neighbours, ..self }
     }
 
-    /// Returns this camera with a shutter that is open between these times, in frames from that of the picture.
+    /// Returns this camera with a shutter that is open between these times, in frames from that of the picture. Those of the frames
+    /// around it open in the same way.
     pub fn with_shutter(self, open: f64, close: f64) -> Self {
         Self {
             exposure: close - open,
             open,
+            openings_around: [open - 1.0, open + 1.0],
             ..self
         }
+    }
+
+    /// Returns this camera between frames whose shutters open at these times, in frames from that of the picture.
+    pub fn with_openings_around(self, before: f64, after: f64) -> Self {
+        Self {
+            openings_around: [before, after],
+            ..self
+        }
+    }
+
+    /// The times at which the shutters of the frames before and after open, in frames from that of the picture.
+    pub fn openings_around(&self) -> [f64; 2] {
+        self.openings_around
     }
 
     /// The time at the fraction `u`, from 0 to 1, of the time while the shutter is open, in frames from that of the picture.
@@ -121,8 +140,6 @@ impl FrameCamera {
     pub fn moved(&self, by: DVec3) -> Self {
         let Neighbours { previous, next } = self.neighbours;
         Self {
-            exposure: self.exposure,
-            open: self.open,
             cameras: match &self.cameras {
                 Cameras::Still(camera) => Cameras::Still(camera.moved(by)),
                 Cameras::Moving(cameras) => Cameras::Moving(Box::new(cameras.map(|camera| camera.moved(by)))),
@@ -131,6 +148,7 @@ impl FrameCamera {
                 previous: previous.map(|camera| camera.moved(by)),
                 next: next.map(|camera| camera.moved(by)),
             },
+            ..*self
         }
     }
 

@@ -317,30 +317,41 @@ impl CameraPath {
     }
 
     /// Returns the camera of `frame`, which may lie between two frames, while the shutter is open, with
-    /// the lens of the scene and the overrides of the path.
+    /// the lens of the scene, which is `lens(time)` at a time in frames, and the overrides of the path.
     ///
     /// # Errors
-    /// As those of [`CameraPath::at`].
-    pub fn frame_camera(&self, frame: f64, scene: &Lens, film: FilmSize) -> Result<FrameCamera, PathError> {
+    /// As those of [`CameraPath::at`], and those of `lens`.
+    pub fn frame_camera<E: From<PathError>>(
+        &self,
+        frame: f64,
+        lens: impl Fn(f64) -> Result<Lens, E>,
+        film: FilmSize,
+    ) -> Result<FrameCamera, E> {
         let interval = self.shutter_interval(frame, self.scene_shutter)?;
-        let camera = |u: f64| Ok(self.at(interval.time(u))?.camera(scene, film));
+        let camera = |u: f64| {
+            let state = self.at(interval.time(u))?;
+            Ok::<_, E>(state.camera(&lens(state.frame)?, film))
+        };
         let own = if interval.time(0.0) == interval.time(1.0) {
             FrameCamera::from(camera(0.0)?)
         } else {
             FrameCamera::moving(camera)?
         };
-        let neighbour = |frame: f64| {
-            // Nothing moves over a cut.
-            let is_same_shot = (interval.begin..=interval.end).contains(&frame);
-            let interval = self.shutter_interval(frame, self.scene_shutter).ok()?;
-            let state = self.at(interval.time(0.0)).ok().filter(|_| is_same_shot)?;
-            Some(state.camera(scene, film))
-        };
         let Shutter { open, close } = interval.shutter;
-        Ok(own.with_shutter(open, close).with_neighbours(Neighbours {
-            previous: neighbour(frame - 1.0),
-            next: neighbour(frame + 1.0),
-        }))
+        // The camera of the frame that comes `by` frames later, as its shutter opens, and the time from this frame until then.
+        let neighbour = |by: f64| {
+            // Nothing moves over a cut.
+            let is_same_shot = (interval.begin..=interval.end).contains(&(frame + by));
+            let its = self.shutter_interval(frame + by, self.scene_shutter).ok();
+            let state = its.and_then(|its| self.at(its.time(0.0)).ok().filter(|_| is_same_shot));
+            let camera = state.map(|state| Ok::<_, E>(state.camera(&lens(state.frame)?, film)));
+            Ok::<_, E>((camera.transpose()?, its.map_or(open, |its| its.shutter.open) + by))
+        };
+        let ((previous, before), (next, after)) = (neighbour(-1.0)?, neighbour(1.0)?);
+        Ok(own
+            .with_shutter(open, close)
+            .with_openings_around(before, after)
+            .with_neighbours(Neighbours { previous, next }))
     }
 
     /// The pose, and the distance to the target in m where there is one.

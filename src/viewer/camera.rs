@@ -193,6 +193,6 @@ impl ViewCamera {
     /// # Errors
     /// The pose or the lens is invalid.
     pub fn frame_camera(&self, frame: f64, lens: &Lens, film: FilmSize) -> Result<FrameCamera, PathError> {
-        CameraPath::new(&[self.key(frame)])?.frame_camera(frame, lens, film)
+        CameraPath::new(&[self.key(frame)])?.frame_camera(frame, |_| Ok(*lens), film)
     }
 }

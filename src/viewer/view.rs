@@ -36,7 +36,7 @@ impl View {
     /// The camera for a film.
     pub fn frame_camera(&self, lens: &Lens, film: FilmSize) -> Result<FrameCamera, PathError> {
         match &self.path {
-            Some(path) => path.frame_camera(self.frame, lens, film),
+            Some(path) => path.frame_camera(self.frame, |_| Ok(*lens), film),
             None => self.camera.frame_camera(self.frame, lens, film),
         }
     }

@@ -1,6 +1,12 @@
 //! Jobs whose objects move while the shutter is open.
 
 use crate::common::Folder;
+use batch_render::{
+    batch::{Job, Request},
+    describe::Overrides,
+    film::Film,
+    render::Control,
+};
 
 const SCENE: &str = r#"
 values = "v.csv"
@@ -92,4 +98,115 @@ fn a_changed_row_concerns_the_frames_whose_shutters_see_it() {
     folder.write("v.csv", &TABLE.replace("7,linear,-2", "7,linear,-1"));
     assert_eq!(stale(&[]), "5 6 7");
     assert_eq!(stale(&["--set", "camera.shutter=[-0.5, 0]"]), "1 2 3 4 5 6 7");
+}
+
+/// A frame of the scene and the table in a folder, with a camera path, in a job that is not run.
+fn film(folder: &Folder, path: Option<&str>, number: i32) -> Film {
+    let request = Request {
+        overrides: Overrides::default().with("output.aovs", vec!["forward", "backward", "P"]),
+        camera_path: path.map(|text| folder.write("path.csv", text)),
+        ..Request::default()
+    };
+    let job = Job::open(&folder.path("s.toml"), &request).unwrap_or_else(|e| panic!("{e}"));
+    let mut scenes = job.scenes(job.compile().unwrap_or_else(|e| panic!("{e}")));
+    let index = job.plan.frames.iter().position(|frame| frame.number == number);
+    job.render_frame(&mut scenes, index.expect("a frame"), &Control::default())
+        .unwrap_or_else(|e| panic!("{e}"))
+}
+
+/// The motion vectors of the pixels that see something, with its place.
+fn vectors<'a>(film: &'a Film, pass: &str) -> impl Iterator<Item = ([f32; 3], &'a [f32])> {
+    let plane = |name: &str| film.plane(name).expect("a pass").values.chunks_exact(3);
+    let pixels = film.beauty().iter().zip(plane(pass)).zip(plane("P"));
+    let seen = pixels.filter(|((beauty, _), p)| beauty[3] > 0.9 && **p != [0.0; 3]);
+    seen.map(|((_, vector), p)| ([vector[0], vector[1], vector[2]], p))
+}
+
+#[test]
+fn motion_vectors_go_from_the_opening_of_a_shutter_to_the_next_ones_own_opening() {
+    // Eight pixels a metre, and half a metre a frame.
+    let folder = folder(
+        &SCENE.replace("radius = 0.5", "radius = 1"),
+        "frame,interp,object.ball.transform.translate.x\n0,linear,-1\n4,linear,1\n",
+    );
+    let openings = [0.0, -0.5, 0.4];
+    let rows = (1..).zip(openings).map(|(frame, open)| {
+        let close = open + 0.25;
+        format!("{frame},0,0,5,0,0,0,{open},{close}\n")
+    });
+    let path = "frame,x,y,z,target_x,target_y,target_z,shutter_open,shutter_close\n".to_owned();
+    let film = film(&folder, Some(&(path + &rows.collect::<String>())), 2);
+    for (pass, frames) in [
+        ("forward", 1.0 + openings[2] - openings[1]),
+        ("backward", 1.0 + openings[1] - openings[0]),
+    ] {
+        assert!(vectors(&film, pass).count() > 50);
+        for ([u, v, _], _) in vectors(&film, pass) {
+            assert!((u - 4.0 * frames).abs() < 1e-3 && v.abs() < 1e-3, "{pass}: {u}, {v}");
+        }
+    }
+}
+
+#[test]
+fn motion_vectors_of_a_zoom_along_a_camera_path_have_the_lens_of_the_neighbours_own_time() {
+    let scene = SCENE.replace(
+        "orthographic = { eye = [0, 0, 5], target = [0, 0, 0], height = 4 }",
+        "perspective = { eye = [0, 0, 5], target = [0, 0, 0], fov = 40 }",
+    );
+    let scene = scene.replace("radius = 0.5", "radius = 1.2");
+    let folder = folder(
+        &scene,
+        "frame,interp,camera.perspective.fov\n1,linear,30\n3,linear,50\n5,linear,20\n",
+    );
+    let row = |frame| format!("{frame},0,0,5,0,0,0\n");
+    let path = format!("frame,x,y,z,target_x,target_y,target_z\n{}{}", row(1), row(5));
+    let fov = |frame: f64| {
+        if frame < 3.0 {
+            20.0 + 10.0 * frame
+        } else {
+            95.0 - 15.0 * frame
+        }
+    };
+    // Pixels for a slope of one, at the time in frames.
+    let scale = |frame: f64| 16.0 / libm::tan(fov(frame).to_radians() / 2.0);
+    for (shutter, number) in [("[0, 0]", 2), ("[0.25, 0.25]", 2), ("[0, 0]", 3), ("[0, 0.5]", 4)] {
+        let scene = scene.replace("shutter = [0, 0.5]", &format!("shutter = {shutter}"));
+        folder.write("s.toml", &scene);
+        let opens = f64::from(number) + if shutter.starts_with("[0.25") { 0.25 } else { 0.0 };
+        let film = film(&folder, Some(&path), number);
+        for (pass, from, to) in [("forward", opens, opens + 1.0), ("backward", opens - 1.0, opens)] {
+            assert!(vectors(&film, pass).count() > 50);
+            for ([u, v, _], p) in vectors(&film, pass) {
+                let slope = |at: f32| f64::from(at) / (5.0 - f64::from(p[2]));
+                let expected = [p[0], p[1]].map(|at| slope(at) * (scale(to) - scale(from)));
+                let off = (f64::from(u) - expected[0]).hypot(f64::from(v) - expected[1]);
+                assert!(off < 0.01, "{shutter} {number} {pass}: {u}, {v} is not {expected:?}");
+            }
+        }
+    }
+}
+
+#[test]
+fn a_zoom_along_a_camera_path_is_blurred_over_its_own_shutter() {
+    let scene = SCENE.replace(
+        "orthographic = { eye = [0, 0, 5], target = [0, 0, 0], height = 4 }",
+        "perspective = { eye = [0, 0, 5], target = [0, 0, 0], fov = 40 }",
+    );
+    let table = "frame,interp,camera.perspective.fov\n1,linear,20\n3,linear,60\n";
+    let path = "frame,x,y,z,target_x,target_y,target_z\n1,0,0,5,0,0,0\n3,0,0,5,0,0,0\n";
+    let folder = folder(&scene, table);
+    let [along, own] = [Some(path), None].map(|path| film(&folder, path, 2));
+    assert!(along.beauty() == own.beauty());
+}
+
+#[test]
+fn a_frame_of_a_job_that_is_not_run_equals_the_one_in_its_file() {
+    let folder = folder(SCENE, TABLE);
+    folder.succeed(&JOB);
+    for number in [2, 4, 7] {
+        let (_, written) = crate::common::pixels(&folder.path(&format!("f.{number:04}.exr")));
+        let film = film(&folder, None, number);
+        let rgb = film.beauty().iter().map(|&[r, g, b, _]| [r, g, b]);
+        assert!(rgb.eq(written), "{number}");
+    }
 }

@@ -8,7 +8,7 @@ use crate::{
     batch::{FrameRange, Request},
     camera::{
         Camera, FilmSize, FrameCamera, Lens, Neighbours, SceneCamera,
-        path::{CameraPath, Shutter},
+        path::{CameraPath, PathError, Shutter},
     },
     compile::{self, default_scene::ModelRun},
     describe::{MovingDesc, SceneDesc, Values},
@@ -114,16 +114,23 @@ pub(in crate::batch) fn cameras(
     }
     let first_eye = path.at(path.first()).ok().map(|first| first.pose.eye());
     let first = *all.start();
-    let lens_at = |frame: i64| Ok::<_, Error>(own.at(frame as f64)?.map_or_else(Lens::default, |c| c.lens));
-    let metering = path
-        .frame_camera(first as f64, &lens_at(first)?, metered_resolution(resolution))
-        .ok();
+    let lens_at = |frame: f64| match own.at(frame) {
+        Ok(camera) => Ok(camera.map_or_else(Lens::default, |c| c.lens)),
+        Err(error) => Err(NoFrameCamera::Lens(error)),
+    };
+    let metering = match path.frame_camera(first as f64, lens_at, metered_resolution(resolution)) {
+        Err(NoFrameCamera::Lens(error)) => return Err(error),
+        camera => camera.ok(),
+    };
     let frames = frames(request, (&all, &all), &what)?;
     let of = |frame: i64| {
-        let camera = path.frame_camera(frame as f64, &lens_at(frame)?, resolution);
+        let camera = path.frame_camera(frame as f64, lens_at, resolution);
         camera
             .map(|camera| (number(frame), camera))
-            .map_err(|cause| Error::Pose { frame, cause })
+            .map_err(|error| match error {
+                NoFrameCamera::Path(cause) => Error::Pose { frame, cause },
+                NoFrameCamera::Lens(error) => error,
+            })
     };
     Ok(JobCameras {
         frames: frames.iter().map(of).collect::<Result<_, _>>()?,
@@ -196,6 +203,19 @@ fn warn_of_columns(file: &Path, path: &CameraPath, request: &Request) {
         let text = format!("{origin} has no effect, {by} replaces it: {}", file.display());
         let warnings = &request.warnings;
         warnings.add_topic(WarningKind::UNUSED_SETTING, "columns", origin, text);
+    }
+}
+
+/// Why a frame of a camera path has no camera.
+enum NoFrameCamera {
+    Path(PathError),
+    /// A value of the scene's lens is wrong.
+    Lens(Error),
+}
+
+impl From<PathError> for NoFrameCamera {
+    fn from(error: PathError) -> Self {
+        Self::Path(error)
     }
 }
 

@@ -250,7 +250,7 @@ fn a_picture_never_shows_both_sides_of_a_cut() {
 /// The x of the eye, that is of the ray in the middle, at times of a picture.
 fn eyes_of_shot(path: &CameraPath, frame: f64, times: [f32; 3]) -> [f32; 3] {
     let camera = path
-        .frame_camera(frame, &Lens::default(), [100, 100])
+        .frame_camera(frame, |_| Ok::<_, PathError>(Lens::default()), [100, 100])
         .expect("a camera");
     let middle = glam::Vec2::splat(50.0);
     times.map(|time| camera.camera(time).ray(middle, middle).expect("a ray").o.x)
@@ -283,7 +283,7 @@ fn a_shot_goes_along_the_path_while_the_shutter_is_open() {
 
     let closed = CameraPath::new(&[looking(1.0, DVec3::X), looking(2.0, DVec3::X * 2.0)]).expect("a path");
     let camera = closed
-        .frame_camera(1.0, &Lens::default(), [100, 100])
+        .frame_camera(1.0, |_| Ok::<_, PathError>(Lens::default()), [100, 100])
         .expect("a camera");
     assert!(!camera.moves());
 }
