@@ -24,7 +24,7 @@ const FIXED: [&str; 2] = ["name", "group"];
 const MOST_PROBLEMS: usize = 20;
 
 impl Values {
-    /// The values of these files for the scene `desc`.
+    /// The values of these files for the scene `desc`, but for those that its overrides set for the whole job.
     ///
     /// # Errors
     /// A name is unknown, or a value is wrong; the errors name the cells.
@@ -41,6 +41,11 @@ impl Values {
         let mut faults = Faults::new(desc);
         let document = desc.document();
         let known = KnownNames::new(&document);
+        let key = |(_, path): (_, &[String])| resolve(desc, &document, &known, path).ok();
+        let set_for_the_job: Vec<(Entity, Vec<String>)> = (desc.source.overrides.paths().filter_map(key))
+            .map(|(entity, path)| (entity, path.inner))
+            .collect();
+        let mut sources: Vec<(&ValueTable, &ValueColumn)> = Vec::new();
         for (file, ValueFile { path, table }) in files.iter().enumerate() {
             for column in &table.columns {
                 let origin = format!("{}:{}: {}", path.display(), table.header, column.name);
@@ -49,6 +54,12 @@ impl Values {
                 let Some((entity, path)) = resolved.map_err(|problem| faults.add(origin, problem)).ok() else {
                     continue;
                 };
+                if set_for_the_job
+                    .iter()
+                    .any(|(other, inner)| *other == entity && path.inner.starts_with(inner))
+                {
+                    continue;
+                }
                 values.columns.push(Column {
                     name: column.name.clone(),
                     file,
@@ -57,13 +68,10 @@ impl Values {
                     entity,
                     curve: curve(table, column),
                 });
+                sources.push((table, column));
             }
         }
         faults.check()?;
-        let sources: Vec<(&ValueTable, &ValueColumn)> = files
-            .iter()
-            .flat_map(|file| file.table.columns.iter().map(|column| (&file.table, column)))
-            .collect();
         for (at, (table, column)) in sources.iter().enumerate() {
             if let Some(held) = values.held(desc, at, table, column) {
                 values.columns[at].curve = held;
@@ -86,7 +94,7 @@ impl Values {
         Ok(values)
     }
 
-    /// The curve of a column of whole numbers or truths, which hold, if its key is one.
+    /// The curve of a column of whole numbers, truths or names, which hold, if its key is one.
     fn held(&self, desc: &SceneDesc, at: usize, table: &ValueTable, column: &ValueColumn) -> Option<Curve> {
         let Curve::Number(_) = self.columns[at].curve else {
             return None;
@@ -119,8 +127,13 @@ impl Values {
             let steps = numbers().map(|(frame, v)| (frame, whole(v)));
             return Some(Curve::Held(steps.collect()));
         }
-        let is_truth = numbers().all(|(_, v)| v == 0.0 || v == 1.0) && takes("true".to_owned());
-        is_truth.then(|| Curve::Held(numbers().map(|(frame, v)| (frame, (v == 1.0).to_string())).collect()))
+        if numbers().all(|(_, v)| v == 0.0 || v == 1.0) && takes("true".to_owned()) {
+            let steps = numbers().map(|(frame, v)| (frame, (v == 1.0).to_string()));
+            return Some(Curve::Held(steps.collect()));
+        }
+        // A name that looks like a number.
+        let name = |v: f64| toml::Value::from(whole(v)).to_string();
+        takes(name(least)).then(|| Curve::Held(numbers().map(|(frame, v)| (frame, name(v))).collect()))
     }
 }
 
@@ -187,6 +200,10 @@ fn resolve(
     }
     if let Some(fixed) = FIXED.iter().find(|fixed| inner == [**fixed]) {
         return Err(Problem::at(span, format!("`{fixed}` holds for the whole job")));
+    }
+    if entity == Entity::Camera && inner[0] == "shutter" {
+        let problem = Problem::at(span, "`shutter` holds for the whole job");
+        return Err(problem.with_help("a camera path has the columns shutter_open and shutter_close"));
     }
     let inner = inner.iter().map(|step| (*step).to_owned()).collect();
     Ok((entity, KeyPath { inner, component }))

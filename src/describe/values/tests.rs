@@ -19,6 +19,10 @@ fn scene() -> SceneDesc {
 
 /// The values of a table, with 10 frames per second.
 fn read(table: &str) -> Result<Values, String> {
+    read_for(&scene(), table)
+}
+
+fn read_for(scene: &SceneDesc, table: &str) -> Result<Values, String> {
     let options = CameraPathOptions {
         fps: Some(10.0),
         rotation_order: None,
@@ -26,7 +30,7 @@ fn read(table: &str) -> Result<Values, String> {
     let path = PathBuf::from("v.csv");
     let table = ValueTable::read(table.as_bytes(), ValueColumns::All, &options);
     let table = table.map_err(|problems| problems.messages())?;
-    Values::new(&scene(), &[ValueFile { path, table }]).map_err(|e| e.to_string())
+    Values::new(scene, &[ValueFile { path, table }]).map_err(|e| e.to_string())
 }
 
 fn at(table: &str, frames: &[f64]) -> Vec<String> {
@@ -88,4 +92,29 @@ fn a_wrong_value_names_the_row_that_has_it() {
     assert!(message.contains("v.csv:4: light.key.point.intensity: "), "{message}");
     let message = read("frame,background.environment.intensty\n1,3\n").expect_err("an unknown key");
     assert!(message.contains("(did you mean `intensity`?)"), "{message}");
+}
+
+#[test]
+fn a_name_may_look_like_a_number() {
+    assert_eq!(
+        at("frame,object.a.b.material\n0,1\n4,12\n", &[0.0, 5.0]),
+        ["\"1\"", "\"12\""]
+    );
+}
+
+#[test]
+fn a_value_that_is_set_for_the_job_takes_the_place_of_its_columns() {
+    let overrides = Overrides::default().with("light.key.point.intensity", 7.0);
+    let scene = scene().with(&overrides).unwrap_or_else(|e| panic!("{e}"));
+    let table = "frame,light.key.point.intensity,light.key.point.position.x\n0,1,2\n4,3,4\n";
+    let values = read_for(&scene, table).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(values.at(4.0), ["4.0"]);
+}
+
+#[test]
+fn the_shutter_holds_for_the_whole_job() {
+    for name in ["camera.shutter", "camera.shutter.0"] {
+        let message = read(&format!("frame,{name}\n0,0.5\n")).expect_err("it is refused");
+        assert!(message.contains("holds for the whole job"), "{message}");
+    }
 }
