@@ -28,7 +28,7 @@ impl From<RenderError> for Failed {
 }
 
 /// A time of a frame, in frames.
-pub(super) fn time_in_frames(number: i32, camera: &FrameCamera, time: SceneTime) -> f64 {
+pub fn time_in_frames(number: i32, camera: &FrameCamera, time: SceneTime) -> f64 {
     let [before, after] = camera.openings_around();
     let from_own = match time {
         SceneTime::Shutter(u) => camera.shutter_time(u),
@@ -41,12 +41,9 @@ pub(super) fn time_in_frames(number: i32, camera: &FrameCamera, time: SceneTime)
 impl FrameScenes for ScenesOfFrame<'_, '_> {
     type Error = Failed;
 
-    fn is_still(&self, mut times: impl Iterator<Item = SceneTime>) -> bool {
-        let moment = |time| self.scenes.moment(time_in_frames(self.number, self.camera, time));
-        self.scenes.is_still() || {
-            let first = times.next().map(moment);
-            times.all(|time| first.as_ref() == Some(&moment(time)))
-        }
+    fn is_still(&self, times: impl Iterator<Item = SceneTime>) -> bool {
+        let in_frames = |time| time_in_frames(self.number, self.camera, time);
+        self.scenes.is_same(times.map(in_frames))
     }
 
     fn at(&mut self, time: SceneTime) -> Result<&Scene, Failed> {

@@ -181,7 +181,7 @@ impl Job {
     }
 
     /// The scenes of the frames, made of that which [`Job::build`] returned.
-    pub fn scenes(&self, scene: Scene) -> Scenes<'_> {
+    pub fn scenes(&self, scene: impl Into<Arc<Scene>>) -> Scenes<'_> {
         let source = SceneSource {
             desc: &self.desc,
             store: &self.store,
@@ -189,7 +189,12 @@ impl Job {
             motion: self.motion.get().cloned().unwrap_or_default(),
             fps: self.plan.fps,
         };
-        Scenes::moving(scene, source, self.plan.values.as_deref())
+        Scenes::moving(scene.into(), source, self.plan.values.as_deref())
+    }
+
+    /// Whether frames have different scenes, once the scene is loaded.
+    pub fn moves(&self) -> bool {
+        self.plan.values.is_some() || self.motion.get().is_some_and(|motion| !motion.is_still())
     }
 
     /// The parts of the scene that [`Job::load`] returned.

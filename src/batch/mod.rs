@@ -20,6 +20,7 @@ mod sight;
 mod summary;
 
 pub use events::{JobEvent, Observer};
+pub use frame_scenes::time_in_frames;
 pub use inventory::Inventory;
 pub use job::Job;
 pub use plan::{

@@ -15,7 +15,7 @@ use crate::{
 /// The source of the scenes that a job renders. [`Scenes::seek`] gives the scene of a frame, which depends on the frame alone and
 /// never on those that were sought before.
 pub struct Scenes<'j> {
-    scene: Scene,
+    scene: Arc<Scene>,
     moving: Option<Moving<'j>>,
 }
 
@@ -68,12 +68,15 @@ pub(super) fn rebuilds(values: &Values) -> bool {
 
 impl<'j> Scenes<'j> {
     /// The same scene for all frames.
-    pub fn still(scene: Scene) -> Self {
-        Self { scene, moving: None }
+    pub fn still(scene: impl Into<Arc<Scene>>) -> Self {
+        Self {
+            scene: scene.into(),
+            moving: None,
+        }
     }
 
     /// The scenes that `values` and animations make of `scene`, which was compiled of `source` by [`load_options`].
-    pub(super) fn moving(scene: Scene, source: SceneSource<'j>, values: Option<&'j Values>) -> Self {
+    pub(super) fn moving(scene: Arc<Scene>, source: SceneSource<'j>, values: Option<&'j Values>) -> Self {
         if values.is_none() && source.motion.is_still() {
             return Self::still(scene);
         }
@@ -111,9 +114,17 @@ impl<'j> Scenes<'j> {
         Ok(&self.scene)
     }
 
+    /// Whether the scene is the same at all of these times, in frames.
+    pub fn is_same(&self, mut frames: impl Iterator<Item = f64>) -> bool {
+        self.is_still() || {
+            let first = frames.next().map(|frame| self.moment(frame));
+            frames.all(|frame| first.as_ref() == Some(&self.moment(frame)))
+        }
+    }
+
     /// The values that change over time, as they are at a time in frames, and the times within the animations of models. Scenes of
     /// the same ones are the same.
-    pub(super) fn moment(&self, frame: f64) -> (Vec<String>, Vec<f32>) {
+    fn moment(&self, frame: f64) -> (Vec<String>, Vec<f32>) {
         let Some(moving) = &self.moving else {
             return Default::default();
         };
@@ -127,6 +138,11 @@ impl<'j> Scenes<'j> {
         &self.scene
     }
 
+    /// The same scene for others. While they have it, [`Scenes::seek`] compiles another one.
+    pub fn shared(&self) -> Arc<Scene> {
+        Arc::clone(&self.scene)
+    }
+
     /// Drops what a panic may have left inconsistent.
     pub(super) fn recover(&mut self) {
         if let Some(moving) = &mut self.moving {
@@ -137,7 +153,7 @@ impl<'j> Scenes<'j> {
 
 impl Moving<'_> {
     /// Makes `scene` that of a time in frames.
-    fn seek(&mut self, scene: &mut Scene, frame: f64) -> Result<(), Error> {
+    fn seek(&mut self, shared: &mut Arc<Scene>, frame: f64) -> Result<(), Error> {
         let old = match std::mem::replace(&mut self.state, State::Broken) {
             State::Base => Ok(None),
             State::At(old) => Ok(Some(old)),
@@ -160,11 +176,15 @@ impl Moving<'_> {
         };
         self.options.time = frame / self.source.fps;
         let store = self.source.store;
-        let is_fresh = old.is_ok() && self.refresher.refresh(scene, &self.desc, &changes, store)? && self.play(scene);
+        let own = Arc::get_mut(shared).filter(|_| old.is_ok());
+        let is_fresh = match own {
+            Some(scene) => self.refresher.refresh(scene, &self.desc, &changes, store)? && self.play(scene),
+            None => false,
+        };
         if !is_fresh {
             store.files().memory().release(MemoryKind::Images);
             let (new, motion) = compile::moving_scene(&self.desc, self.source.accel, store, &self.options)?;
-            (*scene, self.source.motion) = (new, Arc::new(motion));
+            (*shared, self.source.motion) = (Arc::new(new), Arc::new(motion));
         }
         self.state = State::At(new);
         Ok(())

@@ -14,13 +14,17 @@ use batch_render::{
     viewer::{Viewer, ViewerOptions},
 };
 
-use super::{fly_args::FlyArgs, log, memory, progress::say, replay::Replay, signals, threads::threads};
+use super::{
+    fly_args::FlyArgs, log, memory, progress::say, replay::Replay, request::animation, signals, threads::threads,
+};
 
 /// Serves the page until a signal comes.
 pub fn run(args: &FlyArgs, simd: Isa) -> anyhow::Result<()> {
     let request = Request {
         overrides: args.settings.0.clone(),
+        values: args.values.clone(),
         camera: args.camera.clone(),
+        animation: animation(&args.animation),
         fps: args.fps,
         rotation_order: args.rotation_order,
         max_memory: Some(args.max_memory.unwrap_or_else(memory::default_limit)),

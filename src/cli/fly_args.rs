@@ -62,6 +62,14 @@ pub struct FlyArgs {
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
 
+    /// Values of the scene over frames, a CSV file: a column for each, such as light.key.point.intensity
+    #[arg(long, value_name = "FILE")]
+    pub values: Option<PathBuf>,
+
+    /// Play an animation of a glTF model by itself, or all of them; repeatable
+    #[arg(long, value_name = "NAME|all")]
+    pub animation: Vec<String>,
+
     /// Frames per second
     #[arg(long, value_name = "N")]
     pub fps: Option<f64>,

@@ -3,20 +3,21 @@
 use std::{path::PathBuf, sync::Arc, time::SystemTime};
 
 use super::{
-    camera::ViewCamera, input_files::InputFiles, keyframes::Keyframes, look::Look, message::Hello,
-    options::ViewerOptions,
+    camera::ViewCamera, canvas::Canvas, input_files::InputFiles, keyframes::Keyframes, look::Look, message::Hello,
+    options::ViewerOptions, shown::Shown,
 };
 use crate::{
     assets::Files,
     batch::{InputHash, Job, Plan, Request},
     camera::{CameraDesc, FilmSize, Lens, LookAt, path::CameraPath},
-    describe::SceneDesc,
     error::Error,
     film::passes::{BEAUTY, PASSES, PassSource},
     integrator::IntegratorDesc,
     math::DVec3,
-    output::DisplayTransform,
-    scene::Scene,
+    output::{Coverage, DisplayTransform},
+    render,
+    scene::{Background, Scene},
+    value::UnknownName,
     warnings::Warnings,
 };
 
@@ -35,13 +36,21 @@ impl Source {
             ..self.request.clone()
         };
         let camera_path = &self.options.camera_path;
-        let keyframes = Keyframes::open(camera_path, &request)?;
+        let mut keyframes = Keyframes::open(camera_path, &request)?;
         // A job cannot read a file without keys.
         request.camera_path = keyframes.has_keys().then(|| camera_path.clone());
         let begun = SystemTime::now();
         let job = Job::open(&self.scene, &request)?;
-        let scene = job.compile()?;
-        let plan = Arc::new(job.plan.metered(&scene, None)?);
+        let scene = Arc::new(job.compile()?);
+        keyframes.set_scene_shutter(job.desc.shutter);
+        let plan = match job.plan.picture.metering_camera {
+            Some(_) if job.moves() => job
+                .plan
+                .metered(job.scenes(job.compile()?).seek(job.plan.first_frame)?, None)?,
+            _ => job.plan.metered(&scene, None)?,
+        };
+        let mut background = scene.shading.background.clone();
+        background.visible &= !plan.values.as_ref().is_some_and(|values| values.hides_background());
         let mut manifest = job.files().manifest();
         // The session asks before it saves over a camera path that has changed.
         manifest.retain(|(path, _)| path != camera_path);
@@ -49,23 +58,30 @@ impl Source {
         let compiled = camera.and_then(|camera| camera.compile().ok());
         let base = Base {
             step: step_of(&scene),
-            scene,
+            groups: scene.shading.light_groups.names().to_vec(),
+            background,
+            shown: Shown::new(scene),
             inputs: job.inputs(),
             files: InputFiles::new(manifest, begun),
             lens: compiled.map_or_else(Lens::default, |camera| camera.lens),
             home: camera.map(CameraDesc::view),
-            plan,
-            desc: job.desc,
+            plan: Arc::new(plan),
+            job,
             request,
         };
         Ok((base, keyframes))
     }
 }
 
-/// The loaded scene, its description and the request of the job.
+/// The loaded scene, and the request of the job.
 pub struct Base {
-    pub scene: Scene,
-    pub desc: SceneDesc,
+    /// What the scenes of other frames are made of.
+    pub job: Job,
+    pub shown: Shown,
+    /// The light groups of the scene.
+    groups: Vec<String>,
+    /// The background, visible if it is so in all frames.
+    background: Background,
     pub request: Request,
     /// The hash of all that was loaded.
     pub inputs: InputHash,
@@ -92,7 +108,7 @@ impl Base {
         let hello = Hello {
             t: "hello",
             client,
-            scene: &self.desc.name(),
+            scene: &self.job.desc.name(),
             resolution: self.resolution(),
             integrators: IntegratorDesc::NAMES,
             views: &DisplayTransform::ALL.map(DisplayTransform::name),
@@ -100,6 +116,7 @@ impl Base {
             columns: self.lens.columns(),
             step: self.step,
             fps: self.request.fps.unwrap_or(24.0),
+            frames: self.frames(),
             up: self.up().to_array(),
             has_home: self.home.is_some(),
             warnings: self.request.warnings.lines(),
@@ -107,20 +124,46 @@ impl Base {
         serde_json::to_string(&hello).expect("a hello is numbers and words")
     }
 
+    /// The first and the last frame of the job, if frames have different scenes.
+    fn frames(&self) -> Option<[i32; 2]> {
+        let frames = &self.plan.frames;
+        let ends = [frames.first()?.number, frames.last()?.number];
+        self.job.moves().then_some(ends)
+    }
+
     /// The look of the job as it was requested.
     pub fn look(&self) -> Look {
-        Look::of_plan(&self.plan, &self.desc)
+        Look::of_plan(&self.plan, &self.job.desc)
     }
 
     /// The plan of a look, without passes and files that its pictures do not show.
     pub fn plan(&self, look: &Look) -> Result<Plan, Error> {
         let request = Request {
             camera_path: self.request.camera_path.clone().filter(|_| self.home.is_none()),
+            values: None,
             range: None,
             turntable: None,
             ..look.apply_all(&self.request)
         };
-        Plan::new(&self.desc.with(&request.overrides)?, &request, &Files::default())
+        let mut desc = self.job.desc.with(&request.overrides)?;
+        // The values are those that were read with the scene.
+        desc.values = None;
+        let mut plan = Plan::new(&desc, &request, &Files::default())?;
+        plan.values = self.plan.values.clone();
+        Ok(plan)
+    }
+
+    /// A canvas for films of these settings of `plan`.
+    ///
+    /// # Errors
+    /// A pass shows a light group that the scene does not have.
+    pub fn canvas(&self, plan: &Plan, settings: &render::Settings, fills_film: bool) -> Result<Canvas, UnknownName> {
+        Canvas::new(plan, settings, &self.groups, self.coverage(plan, fills_film))
+    }
+
+    /// The coverage of pictures by `plan`. `fills_film` tells whether every point of the picture has a camera ray.
+    pub fn coverage(&self, plan: &Plan, fills_film: bool) -> Coverage {
+        plan.coverage(&self.background, fills_film)
     }
 
     /// Columns and rows of the full picture.

@@ -6,7 +6,7 @@ use crate::{
     camera::{
         FilmSize, FrameCamera, Lens, LensOverrides, LookAt, Pose,
         lens::{Aperture, FieldOfView, Sensor},
-        path::{CameraPath, CameraState, Interp, Orientation, PathError, PathKey},
+        path::{CameraPath, CameraState, Interp, Orientation, PathError, PathKey, Shutter},
     },
     math::DVec3,
 };
@@ -188,11 +188,17 @@ impl ViewCamera {
         CameraPath::new(&[self.key(frame)])?.at(frame)
     }
 
-    /// The camera for a film: that of a path with this single key.
+    /// The camera for a film: that of a path with this single key, with the lens and the shutter of the scene.
     ///
     /// # Errors
     /// The pose or the lens is invalid.
-    pub fn frame_camera(&self, frame: f64, lens: &Lens, film: FilmSize) -> Result<FrameCamera, PathError> {
-        CameraPath::new(&[self.key(frame)])?.frame_camera(frame, |_| Ok(*lens), film)
+    pub fn frame_camera(
+        &self,
+        frame: f64,
+        (lens, shutter): (&Lens, Shutter),
+        film: FilmSize,
+    ) -> Result<FrameCamera, PathError> {
+        let path = CameraPath::new(&[self.key(frame)])?.with_scene_shutter(shutter);
+        path.frame_camera(frame, |_| Ok(*lens), film)
     }
 }

@@ -10,7 +10,6 @@ use crate::{
         display::{PixelDisplay, quantize},
     },
     render::{self, TileResult},
-    scene::Scene,
     value::UnknownName,
 };
 
@@ -46,13 +45,18 @@ pub struct Progress {
 }
 
 impl Canvas {
-    /// A canvas for films of these settings of `plan`.
+    /// A canvas for films of these settings of `plan`, of a scene with these light groups.
     ///
     /// # Errors
     /// A pass shows a light group that the scene does not have.
-    pub fn new(plan: &Plan, settings: &render::Settings, scene: &Scene, fills_film: bool) -> Result<Self, UnknownName> {
+    pub fn new(
+        plan: &Plan,
+        settings: &render::Settings,
+        groups: &[String],
+        coverage: Coverage,
+    ) -> Result<Self, UnknownName> {
         let picture = render::picture_of(plan.picture.integrator.as_dyn());
-        let layout = settings.film_layout(picture, scene.shading.light_groups.names())?;
+        let layout = settings.film_layout(picture, groups)?;
         let plane = match plan.picture.shown {
             Shown::All => 0,
             Shown::Plane(plane) => plane,
@@ -68,7 +72,7 @@ impl Canvas {
             ),
             plane,
             pass,
-            coverage: plan.coverage(&scene.shading.background, fills_film),
+            coverage,
             size: [settings.window.width(), settings.window.height()],
             inner: Mutex::new(Inner {
                 rgb: vec![BACKDROP as u8; 3 * settings.window.area()],

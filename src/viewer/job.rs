@@ -167,8 +167,8 @@ impl<'a> Watch<'a> {
 fn canvas(session: &Session, plan: &Plan) -> Result<Canvas, Error> {
     let fills_film = plan.frames.iter().all(|frame| frame.camera.fills_film());
     // The scene of the view has the same light groups as that of the job.
-    Canvas::new(plan, &plan.picture.settings, &session.base().scene, fills_film)
-        .map_err(|unknown| Error::Usage(unknown.to_string()))
+    let canvas = session.base().canvas(plan, &plan.picture.settings, fills_film);
+    canvas.map_err(|unknown| Error::Usage(unknown.to_string()))
 }
 
 impl TileSink for Watch<'_> {

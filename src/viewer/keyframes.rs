@@ -16,7 +16,7 @@ use crate::{
     batch::Request,
     camera::{
         Lens,
-        path::{CameraPath, PathKey},
+        path::{CameraPath, PathKey, Shutter},
     },
     error::Error,
     output::{OutputError, atomic},
@@ -28,6 +28,7 @@ pub struct Keyframes {
     options: CameraPathOptions,
     document: PathDocument,
     path: Option<Arc<CameraPath>>,
+    scene_shutter: Shutter,
     /// The content of the file when it was last read or saved; `None` if there was none.
     on_disk: Option<ContentHash>,
     is_changed: bool,
@@ -64,6 +65,7 @@ impl Keyframes {
             options,
             document: PathDocument::new(&options),
             path: None,
+            scene_shutter: Shutter::default(),
             on_disk: None,
             is_changed: false,
         };
@@ -160,13 +162,23 @@ impl Keyframes {
         self.path.as_ref()
     }
 
+    /// Sets the shutter of the scene, for paths without one.
+    pub fn set_scene_shutter(&mut self, shutter: Shutter) {
+        self.scene_shutter = shutter;
+        self.renew();
+    }
+
     fn edited(&mut self) {
         self.is_changed = true;
         self.renew();
     }
 
     fn renew(&mut self) {
-        self.path = self.document.path().cloned();
+        let with_shutter = |path: &Arc<CameraPath>| match self.scene_shutter == Shutter::default() {
+            true => Arc::clone(path),
+            false => Arc::new(CameraPath::clone(path).with_scene_shutter(self.scene_shutter)),
+        };
+        self.path = self.document.path().map(with_shutter);
     }
 }
 

@@ -4,7 +4,7 @@
 //! All later pictures are cancelled as soon as the view changes.
 
 use std::{
-    sync::{Mutex, PoisonError},
+    sync::{Arc, Mutex, PoisonError},
     time::{Duration, Instant},
 };
 
@@ -14,16 +14,20 @@ use super::{
     canvas::Canvas,
     pace::Pace,
     picture::{Picture, Stage, ViewHeader, jpeg},
+    seeker::{Seeker, SeekerOfFrame},
     session::Session,
     view::Task,
 };
 use crate::{
     batch::Fingerprint,
     camera::FrameCamera,
-    error::Error,
+    error::{Blame, Error},
     film::{Film, Window},
     output::{self, FrameImage, png::Png},
-    render::{Control, Counters, RenderError, Renderer, SampleBudget, Settings, TileResult, TileSink},
+    render::{
+        Control, Counters, FrameScenes, RenderError, Renderer, SampleBudget, Settings, StillScene, TileResult,
+        TileSink, moment_times,
+    },
 };
 
 /// The quality of JPEG files in motion, and of later or small ones.
@@ -53,17 +57,17 @@ pub fn run(session: &Session, threads: usize) -> Result<(), Error> {
         counters: Counters::default(),
         pace: Pace::default(),
     };
-    let (mut version, mut look) = (0, None);
-    while let Some(task) = session.next_task(version) {
-        version = task.view.version;
-        if look.as_ref() != Some(&task.look) {
-            view_renderer.pace = Pace::default();
-            look = Some(task.look.clone());
-        }
-        match pool.install(|| view_renderer.render(&task)) {
-            Ok(()) | Err(RenderError::Cancelled(_)) => {}
-            // The plan was checked against the scene, so this does not happen.
-            Err(error @ RenderError::Pass(_)) => tracing::error!("{error}"),
+    let (mut next, mut look) = (session.next_task(0), None);
+    while let Some(base) = next.as_ref().map(|task| Arc::clone(&task.base)) {
+        let mut seeker = Seeker::new(&base);
+        while let Some(task) = next.take_if(|task| Arc::ptr_eq(&task.base, &base)) {
+            if look.as_ref() != Some(&task.look) {
+                view_renderer.pace = Pace::default();
+                look = Some(task.look.clone());
+            }
+            let rendered = pool.install(|| view_renderer.render(&task, &mut seeker));
+            session.tell_frame(rendered.err().filter(|error| error.blame() != Blame::Cancelled));
+            next = session.next_task(task.view.version);
         }
     }
     Ok(())
@@ -89,7 +93,7 @@ struct ViewJob<'a> {
 }
 
 impl ViewRenderer<'_> {
-    fn render(&mut self, task: &Task) -> Result<(), RenderError> {
+    fn render(&mut self, task: &Task, seeker: &mut Seeker<'_>) -> Result<(), Error> {
         let mut job = ViewJob {
             session: self.session,
             task,
@@ -103,13 +107,14 @@ impl ViewRenderer<'_> {
         let Some(camera) = job.camera(&coarse) else {
             return Ok(());
         };
-        let canvas = Canvas::new(&task.plan, &coarse, &task.base.scene, camera.fills_film())?;
+        let canvas = job.canvas(&coarse, &camera)?;
+        let scene = seeker.seek(f64::from(task.view.whole_frame()))?;
         let begun = Instant::now();
         let unwatched = Control {
             counters: Some(&self.counters),
             ..Control::default()
         };
-        let film = self.film(task, &camera, &coarse, &unwatched)?;
+        let film = self.film::<StillScene<'_>>(task, (&mut StillScene(scene), &camera), &coarse, &unwatched)?;
         self.pace.learn(coarse.window.area() as u64, begun.elapsed());
         canvas.draw_film(&film);
         let rgb = canvas.rgb();
@@ -121,21 +126,27 @@ impl ViewRenderer<'_> {
             return Ok(());
         }
         job.begun += paused.elapsed();
-        if divisor == 1 && full.samples.max == 1 {
+        if divisor == 1 && full.samples.max == 1 && seeker.is_still() {
             // The picture has all its pixels and all its samples.
             job.publish_final(&film, &camera);
             return Ok(());
         }
-        self.refine(&job, full, (&rgb, canvas.size))
+        self.refine(&job, seeker, full, (&rgb, canvas.size))
     }
 
     /// Renders the full resolution, in rounds.
-    fn refine(&self, job: &ViewJob<'_>, settings: Settings, (rgb, size): (&[u8], [u32; 2])) -> Result<(), RenderError> {
+    fn refine(
+        &self,
+        job: &ViewJob<'_>,
+        seeker: &mut Seeker<'_>,
+        mut settings: Settings,
+        (rgb, size): (&[u8], [u32; 2]),
+    ) -> Result<(), Error> {
         let task = job.task;
         let Some(camera) = job.camera(&settings) else {
             return Ok(());
         };
-        let canvas = Canvas::new(&task.plan, &settings, &task.base.scene, camera.fills_film())?;
+        let canvas = job.canvas(&settings, &camera)?;
         canvas.fill(rgb, size);
         let sink = Rounds {
             job,
@@ -148,21 +159,32 @@ impl ViewRenderer<'_> {
             sink: Some(&sink),
             ..Control::default()
         };
-        let film = self.film(task, &camera, &settings, &control)?;
+        let mut scenes = SeekerOfFrame {
+            seeker,
+            number: task.view.whole_frame(),
+            camera: &camera,
+        };
+        if camera.exposure() > 0.0 && !scenes.is_still(moment_times(&settings)) {
+            // The bits of a blurred picture depend on its rounds, so after a first one they are those of the job.
+            settings.samples = SampleBudget::fixed(1);
+            self.film(task, (&mut scenes, &camera), &settings, &control)?;
+            settings.samples = task.plan.picture.settings.samples;
+        }
+        let film = self.film(task, (&mut scenes, &camera), &settings, &control)?;
         job.publish_final(&film, &camera);
         Ok(())
     }
 
-    fn film(
+    fn film<S: FrameScenes>(
         &self,
         task: &Task,
-        camera: &FrameCamera,
+        (scenes, camera): (&mut S, &FrameCamera),
         settings: &Settings,
         control: &Control<'_>,
-    ) -> Result<Film, RenderError> {
+    ) -> Result<Film, S::Error> {
         let integrator = task.plan.picture.integrator.as_dyn();
         self.renderer
-            .render(&task.base.scene, camera, integrator, settings, control)
+            .render_moving(scenes, camera, integrator, settings, control)
     }
 }
 
@@ -186,7 +208,12 @@ impl ViewJob<'_> {
     fn camera(&self, settings: &Settings) -> Option<FrameCamera> {
         // The session refuses invalid cameras.
         let Task { base, view, .. } = self.task;
-        view.frame_camera(&base.lens, settings.resolution).ok()
+        view.frame_camera(base, settings.resolution).ok()
+    }
+
+    fn canvas(&self, settings: &Settings, camera: &FrameCamera) -> Result<Canvas, RenderError> {
+        let Task { plan, base, .. } = self.task;
+        Ok(base.canvas(plan, settings, camera.fills_film())?)
     }
 
     fn publish_jpeg(&self, stage: Stage, samples: u32, rgb: &[u8], size: [u32; 2], quality: u8) {
@@ -206,7 +233,7 @@ impl ViewJob<'_> {
         let image = FrameImage {
             film,
             shown: plan.picture.shown,
-            coverage: plan.coverage(&base.scene.shading.background, camera.fills_film()),
+            coverage: base.coverage(plan, camera.fills_film()),
             metadata: &metadata,
         };
         // Encoding a non-empty picture into memory cannot fail.

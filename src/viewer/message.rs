@@ -85,6 +85,8 @@ pub struct Hello<'a> {
     /// A suitable step of the camera, in m.
     pub step: f64,
     pub fps: f64,
+    /// The first and the last frame of the job, if frames have different scenes.
+    pub frames: Option<[i32; 2]>,
     pub up: [f64; 3],
     pub has_home: bool,
     /// A line for each kind of warning about the scene.
@@ -148,6 +150,8 @@ pub struct SceneFacts {
     pub is_loading: bool,
     /// Why the scene on disk was not loaded.
     pub error: String,
+    /// Why the frame of the view has no picture.
+    pub frame_error: String,
     /// The number of times that the scene was loaded again.
     pub loads: u64,
 }

@@ -35,8 +35,10 @@ mod page;
 mod pick;
 mod picture;
 mod reload;
+mod seeker;
 mod server;
 mod session;
+mod shown;
 mod view;
 mod visitors;
 

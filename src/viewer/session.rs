@@ -76,7 +76,7 @@ impl Session {
         let plan = Arc::new(base.plan(&look)?);
         let (frame, path) = match keyframes.path() {
             Some(path) => (first_frame(path), Some(Arc::clone(path))),
-            None => (1.0, None),
+            None => (base.plan.first_frame, None),
         };
         let camera = base.camera_at(path.as_deref(), frame).or_else(|| base.home_camera());
         let camera = camera.ok_or_else(|| Error::NoCamera {
@@ -279,10 +279,10 @@ impl Session {
         };
         let film = base.resolution();
         let point = Vec2::new(x * film[0] as f32, y * film[1] as f32);
-        let camera = view.frame_camera(&base.lens, film).ok();
+        let camera = view.frame_camera(&base, film).ok();
         Answer::Picked {
             id,
-            found: camera.and_then(|camera| pick::pick(&base.scene, &camera, point)),
+            found: camera.and_then(|camera| base.shown.look(|scene| pick::pick(scene, &camera, point))?),
         }
     }
 
@@ -320,6 +320,16 @@ impl Session {
         has_changed
     }
 
+    /// Tells the pages why the frame of the view has no picture, or that it has one.
+    pub fn tell_frame(&self, error: Option<Error>) {
+        let text = error.map_or_else(String::new, |error| error.messages().join("\n"));
+        self.scene.send_if_modified(|facts| {
+            let is_news = facts.frame_error != text;
+            facts.frame_error = text;
+            is_news
+        });
+    }
+
     /// Asks for the scene to be loaded again.
     pub fn ask_for_load(&self) {
         self.lock().needs_load = true;
@@ -349,6 +359,7 @@ impl Session {
         if unsupported(&state.view.camera.lens, base.lens.columns()).is_some() {
             state.view.camera.lens = LensNumbers::default();
         }
+        state.keyframes.set_scene_shutter(base.job.desc.shutter);
         state.base = Arc::new(base);
         if state.view.path.is_some() {
             self.follow_path(&mut state);

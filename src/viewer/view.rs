@@ -6,7 +6,7 @@ use super::{base::Base, camera::ViewCamera, look::Look};
 use crate::{
     batch::Plan,
     camera::{
-        FilmSize, FrameCamera, Lens,
+        FilmSize, FrameCamera, Neighbours,
         path::{CameraPath, PathError},
     },
     render::Cancel,
@@ -34,11 +34,20 @@ impl View {
     }
 
     /// The camera for a film.
-    pub fn frame_camera(&self, lens: &Lens, film: FilmSize) -> Result<FrameCamera, PathError> {
-        match &self.path {
-            Some(path) => path.frame_camera(self.frame, |_| Ok(*lens), film),
-            None => self.camera.frame_camera(self.frame, lens, film),
-        }
+    pub fn frame_camera(&self, base: &Base, film: FilmSize) -> Result<FrameCamera, PathError> {
+        let lens = &base.lens;
+        let Some(path) = &self.path else {
+            let camera = self
+                .camera
+                .frame_camera(self.frame, (lens, base.job.desc.shutter), film)?;
+            // Before a scene that moves it rests in the frames around, too.
+            let there = base.job.moves().then(|| camera.camera(0.0));
+            return Ok(camera.with_neighbours(Neighbours {
+                previous: there,
+                next: there,
+            }));
+        };
+        path.frame_camera(self.frame, |_| Ok(*lens), film)
     }
 }
 

@@ -161,6 +161,20 @@ spot = { position = [0, 4, 2], target = [0, 0, 0], cone_angle = 30, penumbra_ang
 /// Five frames, the middle three between keys.
 pub const SMALL_PATH: &str = "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z\n1,0,2,6,0,0.8,0\n5,2,2,5,0,0.8,0\n";
 
+/// A triangle that two animations move, each over half a second.
+pub const MOVING_MODEL: &str = r#"{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 68, "uri":
+    "data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAD8AAAAAAAAAAAAAAAAAAIA/AAAAAAAAAAA="}],
+    "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 8},
+    {"buffer": 0, "byteOffset": 44, "byteLength": 24}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]},
+    {"bufferView": 1, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [0.5]},
+    {"bufferView": 2, "componentType": 5126, "count": 2, "type": "VEC3"}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "nodes": [{"mesh": 0}],
+    "animations": [{"name": "Walk", "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}],
+    "samplers": [{"input": 1, "output": 2}]},
+    {"name": "Run", "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}],
+    "samplers": [{"input": 1, "output": 2}]}]}"#;
+
 /// A test of files that may not be part of the project, in the folder that the variable `BATCH_RENDER_ASSETS` names.
 /// The test is ignored where one of `files` is not there, with the reason beside its name.
 pub fn asset_trial(

@@ -1,26 +1,12 @@
 //! Animations of models by themselves.
 
-use crate::common::Folder;
-
-/// A triangle that two animations move, each over half a second.
-const MODEL: &str = r#"{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 68, "uri":
-    "data:;base64,AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAAAAAAAAAAAD8AAAAAAAAAAAAAAAAAAIA/AAAAAAAAAAA="}],
-    "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 8},
-    {"buffer": 0, "byteOffset": 44, "byteLength": 24}],
-    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [0, 0, 0], "max": [1, 1, 0]},
-    {"bufferView": 1, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [0.5]},
-    {"bufferView": 2, "componentType": 5126, "count": 2, "type": "VEC3"}],
-    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}}]}], "nodes": [{"mesh": 0}],
-    "animations": [{"name": "Walk", "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}],
-    "samplers": [{"input": 1, "output": 2}]},
-    {"name": "Run", "channels": [{"sampler": 0, "target": {"node": 0, "path": "translation"}}],
-    "samplers": [{"input": 1, "output": 2}]}]}"#;
+use crate::common::{Folder, MOVING_MODEL};
 
 const SMALL: [&str; 7] = ["a.gltf", "--resolution", "16x12", "--samples", "2", "-o", "f.##.exr"];
 
 fn folder() -> Folder {
     let folder = Folder::new();
-    folder.write("a.gltf", MODEL);
+    folder.write("a.gltf", MOVING_MODEL);
     folder
 }
 

@@ -26,14 +26,25 @@ pub struct Fly {
 impl Fly {
     /// A viewer of the small scene and its path `path.csv`.
     pub fn start(path: Option<&str>, args: &[&str]) -> Self {
+        let path = path.map(|text| ("path.csv", text));
+        Self::of(SMALL_SCENE, path.as_slice(), args)
+    }
+
+    /// A viewer of a scene file and those beside it.
+    pub fn of(scene: &str, beside: &[(&str, &str)], args: &[&str]) -> Self {
+        let files = [&[("scene.toml", scene)], beside].concat();
+        Self::of_files(&files, args)
+    }
+
+    /// A viewer of the first of these files.
+    pub fn of_files(files: &[(&str, &str)], args: &[&str]) -> Self {
         let folder = Folder::new();
-        folder.write("scene.toml", SMALL_SCENE);
-        if let Some(path) = path {
-            folder.write("path.csv", path);
+        for (name, text) in files {
+            folder.write(name, text);
         }
         let mut child = folder
             .program_with_signals()
-            .args(["fly", "scene.toml", "--frames", "path.csv", "-o", "job.####.png"])
+            .args(["fly", files[0].0, "--frames", "path.csv", "-o", "job.####.png"])
             .args(args)
             .stdout(Stdio::piped())
             .spawn()
@@ -92,6 +103,7 @@ impl Fly {
                 socket,
                 seq: 0,
                 client: 0,
+                hello: Value::Null,
                 facts: Value::Null,
                 keys: Vec::new(),
             }),
@@ -105,7 +117,8 @@ impl Fly {
     pub fn page(&self) -> Page {
         let origin = format!("http://{}", self.address);
         let mut page = self.page_of(&self.address, Some(&origin), &self.key).expect("let in");
-        page.client = page.told("hello")["client"].as_u64().expect("a number");
+        page.hello = page.told("hello");
+        page.client = page.hello["client"].as_u64().expect("a number");
         page.facts = page.told("facts");
         page.told("keys");
         page
@@ -140,6 +153,8 @@ pub struct Page {
     pub socket: WebSocket<TcpStream>,
     seq: u64,
     client: u64,
+    /// The first message to it.
+    pub hello: Value,
     /// Those that it was told first.
     pub facts: Value,
     /// Those of the timeline.

@@ -6,6 +6,7 @@ mod common;
 
 mod client;
 mod keys;
+mod motion;
 mod numbers;
 mod scene;
 

@@ -201,3 +201,15 @@ fn a_file_that_a_cell_names_is_there_or_is_told_with_the_cell() {
 }
 
 mod animations;
+
+#[test]
+fn a_scene_that_others_have_stays_and_the_next_one_equals_that_of_its_time() {
+    let folder = folder("frame,material.red.matte.albedo.g\n1,0.1\n3,0.9\n");
+    let job = job(folder.path());
+    let mut scenes = job.scenes(job.compile().expect("a scene"));
+    let first = picture(&job, scenes.seek(1.0).expect("a scene"));
+    let shared = scenes.shared();
+    let third = picture(&job, scenes.seek(3.0).expect("a scene"));
+    assert!(picture(&job, &shared) == first && first != third);
+    assert!(picture(&job, scenes.seek(1.0).expect("a scene")) == first);
+}

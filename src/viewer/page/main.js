@@ -19,9 +19,12 @@ link.on.hello = (hello) => {
   if (!page.hello) {
     [page.step, page.speed] = [hello.step, 10 * hello.step];
     showSteps();
+    const [first, last] = hello.frames ?? [0, 0];
+    if (first < last) [timeline.from, timeline.to] = [first, last];
   }
   page.hello = hello;
   timeline.fps = hello.fps;
+  timeline.moves = hello.frames !== null;
   // Versions of the view begin anew with another process.
   page.version = 0;
   // A canvas that gets a size is empty.
@@ -70,10 +73,11 @@ link.on.facts = (facts) => {
 
 link.on.keys = changeKeys;
 
-link.on.scene = ({ has_changed, is_loading, error }) => {
-  byId("changed").hidden = !has_changed && !is_loading && error === "";
+link.on.scene = ({ has_changed, is_loading, error, frame_error }) => {
+  byId("changed").hidden = !has_changed && !is_loading && error === "" && frame_error === "";
   byId("reload").disabled = is_loading;
-  const text = error === "" ? "The scene has changed on disk." : `The scene on disk cannot be loaded.\n${error}`;
+  const ofDisk = error === "" ? "The scene has changed on disk." : `The scene on disk cannot be loaded.\n${error}`;
+  const text = frame_error === "" ? ofDisk : `The frame cannot be shown.\n${frame_error}`;
   byId("changed").querySelector("p").textContent = is_loading ? "Loading the scene" : text;
 };
 

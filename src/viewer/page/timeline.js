@@ -1,7 +1,7 @@
 // The timeline: frames from left to right, a mark for each key, and the frame that is shown.
 
 const timeline = {
-  from: 1, to: 100, frame: 1, isFitted: false, playing: null, fps: 24, on: {},
+  from: 1, to: 100, frame: 1, isFitted: false, playing: null, fps: 24, moves: false, on: {},
   /** The keys in the order of their frames, and the mark of each. */
   keys: [], marks: [],
   /** The range for which the marks are placed, and the mark of the frame that is shown. */
@@ -135,7 +135,10 @@ function nextKey(direction) {
   return timeline.keys[direction < 0 ? index - 1 : index + (keyHere() ? 1 : 0)]?.frame;
 }
 
-/** Plays the path from the frame that is shown; at its end it begins anew. Frames that come too late are left out. */
+/**
+ * Plays the path, or without one the timeline of a scene that moves, from the frame that is shown; at the end it begins anew.
+ * Frames that come too late are left out.
+ */
 function play() {
   if (timeline.playing !== null) {
     cancelAnimationFrame(timeline.playing);
@@ -143,8 +146,9 @@ function play() {
     byId("play").textContent = "Play";
     return;
   }
-  const first = Math.ceil(timeline.keys[0]?.frame);
-  const last = Math.floor(timeline.keys.at(-1)?.frame);
+  const isOfScene = timeline.moves && timeline.keys.length < 2;
+  const first = isOfScene ? timeline.from : Math.ceil(timeline.keys[0]?.frame);
+  const last = isOfScene ? timeline.to : Math.floor(timeline.keys.at(-1)?.frame);
   if (!(first < last)) {
     timeline.on.note("there is nothing to play: set keys at two frames or more", true);
     return;

@@ -152,7 +152,11 @@ fn what_moves_is_updated_and_what_has_no_inverse_is_compiled() {
         let moving = scenes.moving.as_mut().expect("it moves");
         // At 1 s the scale is 0, at 0 s the intensity.
         moving.options.time = if pointer.ends_with("intensity") { 0.0 } else { 1.0 };
-        assert_eq!(moving.play(&mut scenes.scene), expected, "{pointer}");
+        assert_eq!(
+            moving.play(Arc::get_mut(&mut scenes.scene).expect("nobody else has it")),
+            expected,
+            "{pointer}"
+        );
     }
 }
 
