@@ -184,7 +184,6 @@ fn clean(input: &Path, filter: FilterKind, reference: &Path) -> Result<f64, Fail
         frames: Some(COMPARED.to_string().parse()?),
         helpers: Helpers::Complete,
         options: DenoiseOptions { temporal: 1, filter },
-        display: None,
         skip_existing: false,
         simd: Isa::best(),
     };

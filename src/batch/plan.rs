@@ -33,7 +33,7 @@ use crate::{
     error::Error,
     film::Film,
     math::DVec3,
-    output::{self, Attribute, Contents, Coverage, Encoding, FilePattern, Format, FrameMetadata},
+    output::{self, Attribute, Coverage, Encoding, FilePattern, Format, FrameMetadata},
     render::{self, Content, Control, FrameScenes, Renderer},
     scene::Background,
     value::Exposure,
@@ -106,8 +106,6 @@ pub struct FilePlan {
     pub denoise: Option<DenoisePlan>,
     /// Whether PNG files hold the numbers of objects, of which they have 16 bits.
     pub has_png_ids: bool,
-    /// Whether a rendered file holds display values, which depend on the view and the exposure.
-    pub renders_display: bool,
 }
 
 impl Plan {
@@ -289,7 +287,6 @@ impl FilePlan {
             picture: patterns.picture().cloned(),
             sidecars: request.metadata.clone(),
             has_png_ids: request.png_ids.is_some(),
-            renders_display: rendered.iter().any(holds_display),
             files_of_caller: request.files_of_caller.clone(),
             denoise: request.denoise.clone().map(|options| DenoisePlan {
                 options,
@@ -299,11 +296,6 @@ impl FilePlan {
             }),
         })
     }
-}
-
-/// Whether files of this pattern hold display values.
-pub(in crate::batch) fn holds_display(pattern: &FilePattern) -> bool {
-    pattern.format().contents() == Contents::Picture
 }
 
 fn planned_files(patterns: &[FilePattern], frame: i32) -> Vec<PlannedFile> {

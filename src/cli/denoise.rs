@@ -28,7 +28,6 @@ pub fn run(args: &DenoiseArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         frames: range.map_err(|error| Error::Usage(format!("--range: {error}")))?,
         options: options(args.filter, args.temporal, args.oidn_lib.as_deref()),
         helpers: Helpers::Complete,
-        display: None,
         skip_existing: args.skip_existing,
         simd,
     };

@@ -109,23 +109,6 @@ fn pictures_and_the_preview_of_a_denoised_job_are_nearer_to_the_truth_than_noisy
 }
 
 #[test]
-fn another_exposure_makes_pictures_of_denoised_frames_anew_and_keeps_what_was_rendered() {
-    let folder = folder();
-    let job = [JOB, "-r 2-3 --skip-existing -o f.#.exr"].join(" ");
-    folder.succeed(&words(&[&job, "-o f.#.png"]));
-    let said = folder.succeed(&words(&[&job, "-o f.#.png --exposure 1 --view agx"]));
-    assert!(said.contains("0 frames rendered, 2 denoised"), "{said}");
-    folder.succeed(&words(&[JOB, "-r 2-3 -o fresh.#.png --exposure 1 --view agx"]));
-    assert_eq!(pixels(&folder, "f.2.png"), pixels(&folder, "fresh.2.png"));
-    folder.succeed(&words(&[JOB, "-r 2-3 -o g.#.exr"]));
-    let said = folder.succeed(&words(&[JOB, "-r 2-3 -o g.#.exr --skip-existing --exposure 2"]));
-    assert!(
-        said.contains("0 frames rendered") && said.contains("2 skipped"),
-        "{said}"
-    );
-}
-
-#[test]
 fn a_step_that_denoises_keeps_figures_and_a_preview_of_its_frames() {
     let folder = folder();
     let job = "-q -o f.#.exr --preview film.png --report page --stats s.json --denoise-step";

@@ -87,25 +87,6 @@ fn every_setting_that_changes_pixels_makes_frames_stale() {
 }
 
 #[test]
-fn scene_linear_files_do_not_depend_on_the_view_and_the_exposure() {
-    let folder = Folder::new();
-    folder.write("s.toml", SMALL_SCENE);
-    let job = ["s.toml", "-o", "f.exr", "--resolution", "16x12"];
-    folder.succeed(&job);
-    let look = ["--view", "agx", "--exposure", "1"];
-    assert_eq!(folder.succeed(&[&job[..], &look, &["--list-stale"]].concat()), "");
-    let with_png = [&job[..], &look, &["-o", "f.png", "--skip-existing"]].concat();
-    folder.succeed(&with_png);
-    let stale = folder.succeed(&[&job[..], &["-o", "f.png", "--list-stale"]].concat());
-    assert!(stale.contains("other settings"), "{stale}");
-    // The number of samples depends on how bright the picture is shown.
-    let adaptive = [&job[..], &["--noise-threshold", "0.1"]].concat();
-    folder.succeed(&adaptive);
-    let stale = folder.succeed(&[&adaptive[..], &["--exposure", "1", "--list-stale"]].concat());
-    assert!(stale.contains("other settings"), "{stale}");
-}
-
-#[test]
 fn a_texture_that_is_painted_over_makes_frames_stale_and_its_date_does_not() {
     let folder = Folder::new();
     let textured = SMALL_SCENE.replace(

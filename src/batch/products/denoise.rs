@@ -40,8 +40,6 @@ pub struct DenoiseRequest {
     pub frames: Option<FrameRange>,
     pub helpers: Helpers,
     pub options: DenoiseOptions,
-    /// The hash of the view and the exposure, where display values are written as well.
-    pub display: Option<String>,
     /// Whether files that are there already and fit stay.
     pub skip_existing: bool,
     pub simd: Isa,
@@ -352,7 +350,6 @@ impl Seals {
     fn fingerprint(&mut self, request: &DenoiseRequest, how: &str, files: &[&Path]) -> Result<String, DenoiseError> {
         let version = env!("CARGO_PKG_VERSION");
         let mut text = format!("{VERSION} {version} {} {how}\n", request.options.temporal);
-        text.extend(request.display.iter().map(|display| format!("{display}\n")));
         for path in files {
             if !self.0.contains_key(*path) {
                 self.0.insert((*path).to_owned(), seal(path)?);

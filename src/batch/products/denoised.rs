@@ -14,11 +14,8 @@ use crate::{
     batch::{
         Existing, FrameFailure, FrameRange, InputHash, JobEvent, Observer, OnFailure, Plan, PlannedFrame, Stale,
         StaleReason, Summary,
-        plan::{PlannedFile, denoise_options::DenoisePlan, holds_display},
-        resume::{
-            failure::FrameError,
-            fingerprint::{FINGERPRINT, of_display},
-        },
+        plan::{PlannedFile, denoise_options::DenoisePlan},
+        resume::{failure::FrameError, fingerprint::FINGERPRINT},
         run,
     },
     denoise::DenoiseError,
@@ -186,7 +183,6 @@ fn request(plan: &Plan, denoise: &DenoisePlan, frames: &[i32], helpers: Vec<i32>
         frames: Some(FrameRange::of(frames.iter().map(|frame| i64::from(*frame)))),
         helpers: Helpers::Among(helpers),
         options: denoise.options.clone(),
-        display: denoise.clean.iter().any(holds_display).then(|| of_display(plan)),
         skip_existing: plan.policy.existing == Existing::Skip,
         simd: plan.picture.accel.simd,
     }

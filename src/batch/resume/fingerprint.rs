@@ -116,10 +116,8 @@ struct Hashed<'a> {
     #[serde(skip_serializing_if = "Option::is_none")]
     metered_moment: Option<Moment<'a>>,
     shown: Shown,
-    /// `None` where no file holds display values.
-    view: Option<DisplayTransform>,
-    /// `None` where neither display values nor the number of samples depend on it.
-    exposure: Option<Exposure<'a>>,
+    view: DisplayTransform,
+    exposure: Exposure<'a>,
     fps: Option<(i32, u32)>,
     encoding: Encoding,
 }
@@ -148,20 +146,6 @@ enum Exposure<'a> {
     Metered(&'a FrameCamera),
 }
 
-impl<'a> Exposure<'a> {
-    fn of(plan: &'a Plan) -> Self {
-        match &plan.picture.metering_camera {
-            Some(camera) => Self::Metered(camera),
-            None => Self::Stops(plan.picture.exposure),
-        }
-    }
-}
-
-/// The hash of what display values of the pictures of `plan` depend on beside the pictures.
-pub fn of_display(plan: &Plan) -> String {
-    hash(&(plan.picture.view, Exposure::of(plan)))
-}
-
 impl<'a> Hashed<'a> {
     /// What a frame depends on, or without it, what all frames of `plan` do.
     fn new(
@@ -185,12 +169,13 @@ impl<'a> Hashed<'a> {
         } = settings;
         let motion = passes.iter().any(|pass| pass.spec().follows_motion());
         let picture = &plan.picture;
-        let (shows, is_metered) = (plan.files.renders_display, picture.metering_camera.is_some());
-        // The exposure that suits a scene follows from the scene and the metering camera.
-        let gain = |rule| AdaptiveSampling { gain: 1.0, ..rule };
-        let adaptive = samples.adaptive.map(|rule| if is_metered { gain(rule) } else { rule });
-        let exposure = (shows || is_metered && adaptive.is_some()).then(|| Exposure::of(plan));
-        let metered = exposure.as_ref().filter(|_| is_metered).map(|_| plan.first_frame);
+        let (mut adaptive, mut exposure) = (samples.adaptive, Exposure::Stops(picture.exposure));
+        if let Some(camera) = &picture.metering_camera {
+            // It follows from the scene and this camera.
+            exposure = Exposure::Metered(camera);
+            adaptive = adaptive.map(|rule| AdaptiveSampling { gain: 1.0, ..rule });
+        }
+        let metered = picture.metering_camera.as_ref().map(|_| plan.first_frame);
         let moments = frame.map(|frame| moments(plan, settings, motion, frame));
         let (moment, further) = moments.unwrap_or_default();
         let (number, camera) = frame.unzip();
@@ -221,7 +206,7 @@ impl<'a> Hashed<'a> {
             further_moments: further,
             metered_moment: metered.and_then(|first| plan.moment(first)),
             shown: picture.shown,
-            view: shows.then_some(picture.view),
+            view: picture.view,
             exposure,
             fps: picture.fps,
             encoding: plan.files.encoding,
