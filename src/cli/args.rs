@@ -206,8 +206,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "FILE", help_heading = heading::FRAMES)]
     pub frames: Option<PathBuf>,
 
-    /// Values of the scene over frames, a CSV file: a column for each, such as light.key.point.intensity
-    #[arg(long, value_name = "FILE", help_heading = heading::FRAMES)]
+    /// Values over frames, a CSV file of columns such as light.key.point.intensity
+    #[arg(long, value_name = "FILE", hide_short_help = true, help_heading = heading::FRAMES)]
     pub values: Option<PathBuf>,
 
     /// See a model by its camera of this name, or of this number from 0

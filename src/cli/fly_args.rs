@@ -62,7 +62,7 @@ pub struct FlyArgs {
     #[arg(long, value_name = "NAME")]
     pub camera: Option<String>,
 
-    /// Values of the scene over frames, a CSV file: a column for each, such as light.key.point.intensity
+    /// Values over frames, a CSV file of columns such as light.key.point.intensity
     #[arg(long, value_name = "FILE")]
     pub values: Option<PathBuf>,
 

@@ -105,7 +105,9 @@ impl Component {
             _ => return None,
         };
         let [table @ .., kind, _] = path else { return None };
-        let is_component = !table.is_empty() && !is_kind(table, kind);
+        // The settings of a job are no lists of numbers.
+        let is_setting = matches!(table, [own] if own == "render" || own == "output");
+        let is_component = !table.is_empty() && !is_setting && !is_kind(table, kind);
         is_component.then_some(Self { index, count })
     }
 
