@@ -58,7 +58,7 @@ pub enum Error {
     SetTwice {
         path: PathBuf,
         name: String,
-        /// What else sets it.
+        /// The other source of the same value.
         other: String,
     },
     #[error("frame {frame} of the camera path: {cause}")]

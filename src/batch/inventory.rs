@@ -63,7 +63,7 @@ pub struct AnimationEntry {
     pub name: String,
     /// The time of its last key, in s; `None` if it cannot be read.
     pub seconds: Option<f32>,
-    /// What it moves, and how many of each.
+    /// The kinds of targets that it moves, and the number of each.
     pub moves: BTreeMap<&'static str, usize>,
 }
 

@@ -41,7 +41,7 @@ pub struct Job {
     pub plan: Plan,
     /// The hash of the files of the whole scene, once it is loaded.
     inputs: OnceLock<InputHash>,
-    /// What the models of the scene move, once it is loaded.
+    /// The motion of the models of the scene, once it is loaded.
     motion: OnceLock<Arc<SceneMotion>>,
 }
 

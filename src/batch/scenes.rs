@@ -19,12 +19,12 @@ pub struct Scenes<'j> {
     moving: Option<Moving<'j>>,
 }
 
-/// What scenes of other times are made of.
+/// The inputs from which scenes of other times are compiled.
 pub(super) struct SceneSource<'j> {
     pub desc: &'j SceneDesc,
     pub store: &'j Store,
     pub accel: BuildOptions,
-    /// What the models of the scene move, which was compiled for the time of [`load_options`].
+    /// The motion of the models of the scene, which was compiled for the time of [`load_options`].
     pub motion: Arc<SceneMotion>,
     pub fps: f64,
 }

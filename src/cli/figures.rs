@@ -148,9 +148,9 @@ pub struct Frame {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub peak_memory_bytes: Option<u64>,
     pub files: Vec<String>,
-    /// That of its final files.
+    /// The fingerprint of its final files.
     pub fingerprint: String,
-    /// That of its rendered files, where the job has denoised them.
+    /// The fingerprint of its rendered files, where the job has denoised them.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub noisy_fingerprint: Option<String>,
 }

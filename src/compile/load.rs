@@ -85,7 +85,7 @@ fn around_models(
     Ok((compiled, loaded))
 }
 
-/// What the arrays of a scene depend on beside its description.
+/// The options on which the arrays of a scene depend, beside its description.
 #[derive(Clone, Debug, Default)]
 pub struct LoadOptions {
     pub instancing: Instancing,

@@ -143,7 +143,7 @@ pub(super) struct ModelPlacer<'a> {
     pub instancing: Instancing,
     pub warnings: &'a Warnings,
     pub memory: &'a MemoryBudget,
-    /// What may move so far.
+    /// The parts that may move, so far.
     pub movables: Movables,
 }
 

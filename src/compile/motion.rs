@@ -1,4 +1,4 @@
-//! What moves in a compiled scene, and the update of the scene for another time.
+//! The motion of a compiled scene, and the update of the scene for another time.
 //!
 //! An update has the same numbers as the scene that is compiled for its time. Where that scene would have another structure there is
 //! no update: an instance whose transform has no inverse is baked, a light that goes out is left out.
@@ -27,7 +27,7 @@ use crate::{
     texture::TextureId,
 };
 
-/// Where a scene keeps what the animations of models may move.
+/// The places in a scene of all that the animations of models may move.
 #[derive(Default)]
 pub(super) struct Movables {
     pub parts: Vec<MovedPart>,
@@ -37,7 +37,7 @@ pub(super) struct Movables {
     pub looks: Vec<(ObjectId, MaterialId, TextureId)>,
 }
 
-/// What the animations of models move in a compiled scene.
+/// The motion of models in a compiled scene.
 #[derive(Default)]
 pub struct SceneMotion {
     placed: Vec<PlacedModel>,

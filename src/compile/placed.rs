@@ -128,7 +128,7 @@ impl<T> Poses<T> {
     }
 }
 
-/// Where the scene keeps a part that moves.
+/// The place in the scene of a part that moves.
 #[derive(Clone, Copy, Debug)]
 pub(super) enum Kept {
     Instance {

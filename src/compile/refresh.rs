@@ -17,7 +17,7 @@ use crate::{
     value::{Problem, Spanned},
 };
 
-/// What has changed in a description.
+/// A change of a description.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Change {
     Material(usize),

@@ -54,7 +54,7 @@ pub(super) struct Column {
     pub curve: Curve,
 }
 
-/// How a value moves.
+/// The curve of a value over time.
 #[derive(Clone, Debug)]
 pub(super) enum Curve {
     Number(Track<f64>),

@@ -35,7 +35,7 @@ pub struct Contacts {
     zones: Vec<Zone>,
 }
 
-/// Where a flat shape touches another one.
+/// The zone in which a flat shape touches another one.
 #[derive(Clone, Copy, Debug)]
 struct Zone {
     bounds: Aabb,

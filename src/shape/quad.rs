@@ -122,7 +122,7 @@ struct Blur {
     own: f64,
 }
 
-/// How far the corner C of a parallelogram may be off, as a part of its size. Rounded coordinates are within it.
+/// The most by which the corner C of a parallelogram may be off, as a part of its size. Rounded coordinates are within it.
 const MAX_SKEW: f64 = 1e-5;
 
 /// Nearer to an edge than this part of the quad the edge test decides.

@@ -149,7 +149,7 @@ impl Texture {
         self.colors.convert(max_value)
     }
 
-    /// Where the pattern is evaluated.
+    /// The coordinates at which the pattern is evaluated.
     #[inline]
     fn st(&self, at: &TexturePoint) -> Vec2 {
         let (st, origin) = (self.mapping.st(at), self.mapping.origin(at));

@@ -75,7 +75,7 @@ impl Source {
 
 /// The loaded scene, and the request of the job.
 pub struct Base {
-    /// What the scenes of other frames are made of.
+    /// The inputs from which the scenes of other frames are compiled.
     pub job: Job,
     pub shown: Shown,
     /// The light groups of the scene.

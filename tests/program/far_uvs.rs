@@ -177,7 +177,7 @@ fn far_texture_coordinates_of_patterns_equal_near_ones() {
 
 #[test]
 fn the_pass_of_texture_coordinates_far_from_0_has_the_true_ones() {
-    /// Of single precision at five millions.
+    /// The spacing of single precision at five millions.
     const ROUNDING: f64 = 0.25;
     let folder = Folder::new();
     model(&folder, "obj", FAR);

@@ -1,4 +1,4 @@
-//! What jobs say about their end, and what they leave of the files beside their pictures.
+//! Messages of jobs about their end, and the files that they leave beside their pictures.
 
 use std::{fs, process::Command};
 

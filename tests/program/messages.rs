@@ -1,4 +1,4 @@
-//! What the program says to those who type something else than it expects.
+//! Messages of the program to those who type something else than it expects.
 
 use crate::common::{Folder, SMALL_PATH, SMALL_SCENE, stderr};
 

@@ -14,7 +14,7 @@ fn sun(irradiance: f32) -> String {
     format!("[[light]]\nsun = {{ direction = [0, 0, -1], irradiance = {irradiance} }}")
 }
 
-/// What is said of the pictures of a scene.
+/// The messages about the pictures of a scene.
 fn log(folder: &Folder, text: &str, args: &[&str]) -> String {
     folder.write("s.toml", text);
     let output = folder.run(&[&["s.toml", "--progress", "none", "-o", "f.####.png"], args].concat());

@@ -23,7 +23,7 @@ use crate::{
     value::{UnknownName, one_line},
 };
 
-/// What a channel moves, by numbers of the document.
+/// The target of a channel, by numbers of the document.
 #[derive(Clone, Debug)]
 pub(super) enum Moved {
     Translation(usize),
@@ -167,7 +167,7 @@ fn find(name: &str, names: &[String]) -> Result<usize, GltfProblem> {
     names.iter().position(|known| known == name).ok_or_else(unknown)
 }
 
-/// What a pointer points to, in words.
+/// The property that a pointer names, in words.
 fn described(document: &Document<'_>, pointer: &str) -> String {
     let mut parts = pointer.trim_start_matches('/').splitn(3, '/');
     match (parts.next(), parts.next(), parts.next()) {
@@ -182,7 +182,7 @@ fn described(document: &Document<'_>, pointer: &str) -> String {
     }
 }
 
-/// What a pointer moves, and the number of numbers in a key; 0 stands for any.
+/// The target of a pointer, and the number of components in a key; 0 stands for any.
 fn moved(pointer: &str, light_divisor: u32) -> Option<(Moved, usize)> {
     let mut parts = pointer.strip_prefix('/')?.splitn(3, '/');
     let (kind, number, property) = (parts.next()?, parts.next()?, parts.next()?);

@@ -1,4 +1,4 @@
-//! What the played animations of a document move.
+//! The nodes, meshes, lights, cameras and materials that the played animations of a document move.
 
 use std::collections::{HashMap, HashSet};
 
@@ -84,7 +84,7 @@ impl Moving {
         placed.iter().map(node).collect()
     }
 
-    /// What a channel moves in the motion; `None` if it is not shown. `materials` has the place of each material of the document
+    /// The target of a channel in the motion; `None` if it is not shown. `materials` has the place of each material of the document
     /// among those of the motion.
     pub fn target(&self, moved: &Moved, materials: &HashMap<usize, usize>) -> Option<Target> {
         Some(match *moved {

@@ -1,4 +1,4 @@
-//! What deforms a document's meshes: skins and morph targets.
+//! Deformation of a document's meshes by skins and morph targets.
 //!
 //! Source: Khronos, "glTF 2.0 Specification", sections 3.7.2.2 and 3.7.3.
 

@@ -13,7 +13,7 @@ use crate::{
 /// The least number of vertices of a parallel task.
 const PAR_MIN_LEN: usize = 4096;
 
-/// What a target adds to each vertex; arrays may be empty.
+/// The displacements of a morph target for each vertex; arrays may be empty.
 #[derive(Clone, Debug, Default)]
 pub struct MorphTarget {
     pub positions: Vec<Vec3>,

@@ -51,7 +51,7 @@ pub struct MotionNode {
     pub animated: Option<Trs>,
 }
 
-/// What a channel moves. Nodes are indices into [`Motion::nodes`]; meshes, lights and cameras are those of the file.
+/// The target of a channel. Nodes are indices into [`Motion::nodes`]; meshes, lights and cameras are those of the file.
 #[derive(Clone, Debug)]
 pub enum Target {
     Translation(usize),
@@ -138,7 +138,7 @@ pub struct Motion {
     pub materials: Vec<MaterialMotion>,
 }
 
-/// What of a model is elsewhere or otherwise than at rest.
+/// The pose of a model at a time: all that differs from its rest pose.
 #[derive(Clone, Debug, Default)]
 pub struct ModelPose {
     /// New transforms of parts, by their indices into [`Model::instances`](super::model::Model::instances), in rising order.

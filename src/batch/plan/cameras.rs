@@ -184,7 +184,7 @@ const REPLACED: [(&[&str], &[&str]); 6] = [
     (&["shift"], &["shift_x", "shift_y"]),
 ];
 
-/// What of a camera path replaces the value at the path `keys` of a scene file, if anything does.
+/// The column of a camera path that replaces the value at the path `keys` of a scene file, or the path itself; `None` if neither does.
 fn replacing(keys: &[impl AsRef<str>], path: &CameraPath) -> Option<String> {
     let [camera, _, key, ..] = keys else { return None };
     let row = REPLACED.iter().find(|(keys, _)| keys.contains(&key.as_ref()));

@@ -36,7 +36,7 @@ pub(in crate::batch) fn values(
     for (path, which) in table.into_iter().chain(camera_path) {
         let table = load_values(&path, which, &options, inputs);
         if which == ValueColumns::BesideCamera && table.is_err() {
-            // What is wrong with the path itself is told as that.
+            // Errors of the path itself come first.
             camera_path::load(&path, None, &options, inputs)?;
         }
         let table = table?;

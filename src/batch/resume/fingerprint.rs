@@ -147,7 +147,7 @@ enum Exposure<'a> {
 }
 
 impl<'a> Hashed<'a> {
-    /// What a frame depends on, or without it, what all frames of `plan` do.
+    /// The inputs of a frame, or without one, those of all frames of `plan`.
     fn new(
         version: &'a str,
         plan: &'a Plan,

@@ -52,7 +52,7 @@ impl<'de> Deserialize<'de> for AnimationChoice {
     }
 }
 
-/// How often an animation is played.
+/// The number of times that an animation is played.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum Repeat {
     #[default]
