@@ -94,13 +94,7 @@ impl Job {
             }
         };
         let plan = Plan::with_run(&desc, request, store.files(), run.as_ref())?;
-        Ok(Self {
-            store,
-            desc,
-            plan,
-            inputs: OnceLock::new(),
-            motion: OnceLock::new(),
-        })
+        Ok(Self::planned(store, desc, plan))
     }
 
     /// A job of a parsed scene.
@@ -108,13 +102,17 @@ impl Job {
         let store = store(request);
         let desc = desc.with(&request.overrides)?;
         let plan = Plan::new(&desc, request, store.files())?;
-        Ok(Self {
+        Ok(Self::planned(store, desc, plan))
+    }
+
+    fn planned(store: Store, desc: SceneDesc, plan: Plan) -> Self {
+        Self {
             store,
             desc,
             plan,
             inputs: OnceLock::new(),
             motion: OnceLock::new(),
-        })
+        }
     }
 
     /// The files that were read so far, with the hashes of their contents.

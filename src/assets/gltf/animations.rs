@@ -23,22 +23,9 @@ use crate::{
     value::{UnknownName, one_line},
 };
 
-/// The target of a channel, by numbers of the document.
-#[derive(Clone, Debug)]
-pub(super) enum Moved {
-    Translation(usize),
-    Rotation(usize),
-    Scale(usize),
-    NodeWeights(usize),
-    MeshWeights(usize),
-    Material(usize, MaterialProperty),
-    Light(usize, LightProperty),
-    Camera(usize, CameraProperty),
-}
-
 /// A channel of an animation that is played.
 pub(super) struct PlayedChannel {
-    pub moved: Moved,
+    pub moved: Target,
     pub keys: Keys,
 }
 
@@ -50,7 +37,7 @@ pub(super) struct Played {
 
 impl Played {
     /// The animation as the model keeps it, without the channels that move nothing which is shown.
-    pub fn shown(self, target: impl Fn(&Moved) -> Option<Target>) -> Clip {
+    pub fn shown(self, target: impl Fn(&Target) -> Option<Target>) -> Clip {
         let channels = self.channels.into_iter();
         Clip {
             end: self.end,
@@ -183,7 +170,7 @@ fn described(document: &Document<'_>, pointer: &str) -> String {
 }
 
 /// The target of a pointer, and the number of components in a key; 0 stands for any.
-fn moved(pointer: &str, light_divisor: u32) -> Option<(Moved, usize)> {
+fn moved(pointer: &str, light_divisor: u32) -> Option<(Target, usize)> {
     let mut parts = pointer.strip_prefix('/')?.splitn(3, '/');
     let (kind, number, property) = (parts.next()?, parts.next()?, parts.next()?);
     if let Some(light) = pointer.strip_prefix("/extensions/KHR_lights_punctual/lights/") {
@@ -195,20 +182,20 @@ fn moved(pointer: &str, light_divisor: u32) -> Option<(Moved, usize)> {
             "spot/outerConeAngle" => (LightProperty::OuterCone, 1),
             _ => return None,
         };
-        return Some((Moved::Light(number.parse().ok()?, property), width));
+        return Some((Target::Light(number.parse().ok()?, property), width));
     }
     let number: usize = number.parse().ok()?;
     Some(match (kind, property) {
-        ("nodes", "translation") => (Moved::Translation(number), 3),
-        ("nodes", "rotation") => (Moved::Rotation(number), 4),
-        ("nodes", "scale") => (Moved::Scale(number), 3),
-        ("nodes", "weights") => (Moved::NodeWeights(number), 0),
-        ("meshes", "weights") => (Moved::MeshWeights(number), 0),
-        ("cameras", "perspective/yfov") => (Moved::Camera(number, CameraProperty::Fov), 1),
-        ("cameras", "orthographic/ymag") => (Moved::Camera(number, CameraProperty::HalfHeight), 1),
+        ("nodes", "translation") => (Target::Translation(number), 3),
+        ("nodes", "rotation") => (Target::Rotation(number), 4),
+        ("nodes", "scale") => (Target::Scale(number), 3),
+        ("nodes", "weights") => (Target::NodeWeights(number), 0),
+        ("meshes", "weights") => (Target::MeshWeights(number), 0),
+        ("cameras", "perspective/yfov") => (Target::Camera(number, CameraProperty::Fov), 1),
+        ("cameras", "orthographic/ymag") => (Target::Camera(number, CameraProperty::HalfHeight), 1),
         ("materials", path) => {
             let property = MaterialProperty::of_path(path)?;
-            (Moved::Material(number, property), property.width)
+            (Target::Material(number, property), property.width)
         }
         _ => return None,
     })
@@ -292,7 +279,7 @@ fn summary(document: &Document<'_>, animation: &Value, name: String, ends: &mut 
 pub(super) fn materials(played: &[Played]) -> BTreeSet<usize> {
     let channels = played.iter().flat_map(|clip| &clip.channels);
     let material = |channel: &PlayedChannel| match channel.moved {
-        Moved::Material(material, _) => Some(material),
+        Target::Material(material, _) => Some(material),
         _ => None,
     };
     channels.filter_map(material).collect()
@@ -303,14 +290,14 @@ pub(super) fn check(document: &Document<'_>, played: &[Played]) -> Result<(), Gl
     let root = &document.root;
     for channel in played.iter().flat_map(|clip| &clip.channels) {
         match channel.moved {
-            Moved::Translation(node) | Moved::Rotation(node) | Moved::Scale(node) | Moved::NodeWeights(node) => {
+            Target::Translation(node) | Target::Rotation(node) | Target::Scale(node) | Target::NodeWeights(node) => {
                 get(&root.nodes, node, "node").map(|_| ())
             }
-            Moved::MeshWeights(mesh) => get(&root.meshes, mesh, "mesh").map(|_| ()),
-            Moved::Material(material, _) => get(&root.materials, material, "material").map(|_| ()),
-            Moved::Camera(camera, _) => get(&root.cameras, camera, "camera").map(|_| ()),
+            Target::MeshWeights(mesh) => get(&root.meshes, mesh, "mesh").map(|_| ()),
+            Target::Material(material, _) => get(&root.materials, material, "material").map(|_| ()),
+            Target::Camera(camera, _) => get(&root.cameras, camera, "camera").map(|_| ()),
             // Lights are in an extension; those that no node carries are not shown.
-            Moved::Light(..) => Ok(()),
+            Target::Light(..) => Ok(()),
         }?;
     }
     Ok(())

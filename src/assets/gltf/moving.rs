@@ -3,7 +3,7 @@
 use std::collections::{HashMap, HashSet};
 
 use super::{
-    animations::{Moved, Played},
+    animations::Played,
     document::Document,
     nodes::{self, PlacedNode},
 };
@@ -33,16 +33,16 @@ impl Moving {
         let mut own = HashSet::new();
         for channel in played.iter().flat_map(|clip| &clip.channels) {
             match channel.moved {
-                Moved::Translation(node) | Moved::Rotation(node) | Moved::Scale(node) => {
+                Target::Translation(node) | Target::Rotation(node) | Target::Scale(node) => {
                     own.insert(node);
                 }
-                Moved::NodeWeights(node) => {
+                Target::NodeWeights(node) => {
                     moving.weighted.0.insert(node);
                 }
-                Moved::MeshWeights(mesh) => {
+                Target::MeshWeights(mesh) => {
                     moving.weighted.1.insert(mesh);
                 }
-                Moved::Material(..) | Moved::Light(..) | Moved::Camera(..) => {}
+                Target::Material(..) | Target::Light(..) | Target::Camera(..) => {}
             }
         }
         for node in placed {
@@ -72,7 +72,7 @@ impl Moving {
     pub fn nodes(&self, document: &Document<'_>, placed: &[PlacedNode], played: &[Played]) -> Vec<MotionNode> {
         let channels = played.iter().flat_map(|clip| &clip.channels);
         let replaced = channels.filter_map(|channel| match channel.moved {
-            Moved::Translation(node) | Moved::Rotation(node) | Moved::Scale(node) => Some(node),
+            Target::Translation(node) | Target::Rotation(node) | Target::Scale(node) => Some(node),
             _ => None,
         });
         let replaced: HashSet<usize> = replaced.collect();
@@ -86,16 +86,16 @@ impl Moving {
 
     /// The target of a channel in the motion; `None` if it is not shown. `materials` has the place of each material of the document
     /// among those of the motion.
-    pub fn target(&self, moved: &Moved, materials: &HashMap<usize, usize>) -> Option<Target> {
+    pub fn target(&self, moved: &Target, materials: &HashMap<usize, usize>) -> Option<Target> {
         Some(match *moved {
-            Moved::Translation(node) => Target::Translation(self.place_of(node)?),
-            Moved::Rotation(node) => Target::Rotation(self.place_of(node)?),
-            Moved::Scale(node) => Target::Scale(self.place_of(node)?),
-            Moved::NodeWeights(node) => Target::NodeWeights(self.place_of(node)?),
-            Moved::MeshWeights(mesh) => Target::MeshWeights(mesh),
-            Moved::Material(material, property) => Target::Material(*materials.get(&material)?, property),
-            Moved::Light(light, property) => Target::Light(light, property),
-            Moved::Camera(camera, property) => Target::Camera(camera, property),
+            Target::Translation(node) => Target::Translation(self.place_of(node)?),
+            Target::Rotation(node) => Target::Rotation(self.place_of(node)?),
+            Target::Scale(node) => Target::Scale(self.place_of(node)?),
+            Target::NodeWeights(node) => Target::NodeWeights(self.place_of(node)?),
+            Target::MeshWeights(mesh) => Target::MeshWeights(mesh),
+            Target::Material(material, property) => Target::Material(*materials.get(&material)?, property),
+            Target::Light(light, property) => Target::Light(light, property),
+            Target::Camera(camera, property) => Target::Camera(camera, property),
         })
     }
 }

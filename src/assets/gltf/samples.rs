@@ -19,9 +19,14 @@ pub fn glb(arrays: &[(usize, &[f32])], rest: &str) -> Vec<u8> {
         r#"{{"asset": {{"version": "2.0"}}, "buffers": [{{"byteLength": {length}}}], "bufferViews": [{views}],
         "accessors": [{accessors}], {rest}}}"#
     );
+    of_chunks(&json, &binary)
+}
+
+/// A GLB of its JSON and its binary chunk.
+pub fn of_chunks(json: &str, binary: &[u8]) -> Vec<u8> {
     let mut bytes = b"glTF\x02\0\0\0".to_vec();
     bytes.extend(((12 + 8 + json.len() + 8 + binary.len()) as u32).to_le_bytes());
-    for (kind, chunk) in [(b"JSON", json.as_bytes()), (b"BIN\0", &binary)] {
+    for (kind, chunk) in [(b"JSON", json.as_bytes()), (b"BIN\0", binary)] {
         bytes.extend((chunk.len() as u32).to_le_bytes());
         bytes.extend(kind);
         bytes.extend(chunk);

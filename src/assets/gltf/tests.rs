@@ -18,14 +18,7 @@ fn glb(rest: &str) -> Vec<u8> {
         "bufferViews": [{{"buffer": 0, "byteLength": 36}}, {{"buffer": 0, "byteOffset": 36, "byteLength": 6.0}}],
         {rest}}}"#
     );
-    let mut bytes = b"glTF\x02\0\0\0".to_vec();
-    bytes.extend(((12 + 8 + json.len() + 8 + binary.len()) as u32).to_le_bytes());
-    for (kind, chunk) in [(b"JSON", json.as_bytes()), (b"BIN\0", &binary)] {
-        bytes.extend((chunk.len() as u32).to_le_bytes());
-        bytes.extend(kind);
-        bytes.extend(chunk);
-    }
-    bytes
+    samples::of_chunks(&json, &binary)
 }
 
 const ACCESSORS: &str = r#""accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3"},

@@ -51,7 +51,8 @@ pub struct MotionNode {
     pub animated: Option<Trs>,
 }
 
-/// The target of a channel. Nodes are indices into [`Motion::nodes`]; meshes, lights and cameras are those of the file.
+/// The target of a channel. Nodes and materials are indices into [`Motion::nodes`] and [`Motion::materials`]; meshes, lights and
+/// cameras are those of the file. While a glTF file is read, all of them are numbers of the document.
 #[derive(Clone, Debug)]
 pub enum Target {
     Translation(usize),
@@ -59,7 +60,6 @@ pub enum Target {
     Scale(usize),
     NodeWeights(usize),
     MeshWeights(usize),
-    /// An index into [`Motion::materials`].
     Material(usize, MaterialProperty),
     Light(usize, LightProperty),
     Camera(usize, CameraProperty),
