@@ -28,16 +28,23 @@ const APART: f32 = 1e-3;
 const MOST_OFFSETS: f32 = 1000.0;
 
 /// The contacts of a scene's shapes.
-#[derive(Clone, Debug, Default)]
+#[derive(Clone, Debug, Default, PartialEq)]
 pub struct Contacts {
     /// The start of each shape's zones, and the end of the last one's; empty without contacts.
     starts: Vec<u32>,
     zones: Vec<Zone>,
+    /// Whether there were too many pairs of shapes to compare.
+    is_unknown: bool,
 }
 
+/// The number, the bounds with their margin, and the axis without extent of a flat shape.
+type Flat = (usize, Aabb, usize);
+
 /// The zone in which a flat shape touches another one.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 struct Zone {
+    /// The number of the flat shape.
+    flat: u32,
     bounds: Aabb,
     /// The axis along which the flat shape has no extent.
     axis: usize,
@@ -47,11 +54,12 @@ struct Zone {
 
 impl Zone {
     /// The zone of the box `own`, which a box without extent along `axis` touches.
-    fn new(own: &Aabb, flat: &Aabb, axis: usize) -> Self {
-        let own = with_margin(own);
+    fn new(own: &Aabb, (number, flat, axis): &Flat) -> Self {
+        let (own, axis) = (with_margin(own), *axis);
         let is_above = own.max[axis] <= flat.max[axis] + (flat.max[axis] - flat.min[axis]);
         let is_below = own.min[axis] >= flat.min[axis] - (flat.max[axis] - flat.min[axis]);
         Self {
+            flat: *number as u32,
             bounds: flat.intersection(own),
             axis,
             side: f32::from(is_above) - f32::from(is_below),
@@ -62,24 +70,48 @@ impl Zone {
 impl Contacts {
     /// Finds the contacts of all shapes.
     pub(super) fn new(geometry: &Geometry) -> Self {
+        Self::default().found(geometry, |_| true)
+    }
+
+    /// The contacts after these shapes were moved. Only pairs with one of them are compared.
+    pub(super) fn after_moves(&self, geometry: &Geometry, moved: impl Iterator<Item = u32>) -> Self {
+        let mut is_moved = vec![self.is_unknown; geometry.shapes.len()];
+        moved.for_each(|shape| is_moved[shape as usize] = true);
+        self.found(geometry, |shape| is_moved[shape])
+    }
+
+    /// Finds the contacts of the shapes that `is_new` tells, and keeps those of the others.
+    fn found(&self, geometry: &Geometry, is_new: impl Fn(usize) -> bool) -> Self {
         let prim = |shape: usize| PrimId::new((geometry.triangles.len() + shape) as u32);
         let bounds: Vec<Aabb> = (0..geometry.shapes.len()).map(|i| geometry.bounds(prim(i))).collect();
-        let flats: Vec<(usize, Aabb, usize)> = (bounds.iter().enumerate())
+        let flats: Vec<Flat> = (bounds.iter().enumerate())
             .filter_map(|(i, b)| Some((i, with_margin(b), is_flat(b).iter().position(|flat| *flat)?)))
             .collect();
         let mut contacts = Self::default();
         if flats.is_empty() || flats.len().saturating_mul(bounds.len()) > MOST_PAIRS {
+            contacts.is_unknown = !flats.is_empty();
             return contacts;
         }
+        let new_flats: Vec<Flat> = flats.iter().filter(|(i, ..)| is_new(*i)).copied().collect();
         for (i, own) in bounds.iter().enumerate() {
-            contacts.starts.push(contacts.zones.len() as u32);
+            let first = contacts.zones.len();
+            contacts.starts.push(first as u32);
+            let compared = if is_new(i) {
+                &flats
+            } else {
+                contacts
+                    .zones
+                    .extend(self.zones_of(i).iter().filter(|zone| !is_new(zone.flat as usize)));
+                &new_flats
+            };
             let own_flat = is_flat(own);
-            for (_, other, axis) in flats.iter().filter(|(other, ..)| *other != i) {
-                let zone = Zone::new(own, other, *axis);
-                if !own_flat[*axis] && !zone.bounds.is_empty() {
+            for flat in compared.iter().filter(|(other, ..)| *other != i) {
+                let zone = Zone::new(own, flat);
+                if !own_flat[zone.axis] && !zone.bounds.is_empty() {
                     contacts.zones.push(zone);
                 }
             }
+            contacts.zones[first..].sort_unstable_by_key(|zone| zone.flat);
         }
         contacts.starts.push(contacts.zones.len() as u32);
         if contacts.zones.is_empty() {
@@ -88,11 +120,17 @@ impl Contacts {
         contacts
     }
 
+    fn zones_of(&self, shape: usize) -> &[Zone] {
+        match self.starts.get(shape..shape + 2) {
+            Some(&[start, end]) => &self.zones[start as usize..end as usize],
+            _ => &[],
+        }
+    }
+
     /// The directions towards the shapes that touch `shape` at `p`, seen from `wo`: the sign on each axis, 0 for none. `None` without
     /// a contact.
     #[inline]
     fn towards(&self, shape: usize, p: Vec3, wo: Vec3) -> Option<Vec3> {
-        let range = self.starts[shape] as usize..self.starts[shape + 1] as usize;
         let is_in = |zone: &&Zone| {
             let Zone { bounds, axis, .. } = zone;
             // This alone excludes nearly all points.
@@ -100,7 +138,7 @@ impl Contacts {
             is_near && p.cmpge(bounds.min).all() && p.cmple(bounds.max).all()
         };
         let mut towards = None;
-        for zone in self.zones[range].iter().filter(is_in) {
+        for zone in self.zones_of(shape).iter().filter(is_in) {
             let side = if zone.side == 0.0 {
                 -wo[zone.axis].signum()
             } else {
@@ -206,8 +244,8 @@ mod tests {
     use crate::{
         accel::AccelKind,
         material::{Material, matte::Matte},
-        math::{DVec3, Rgb},
-        scene::{Background, SceneBuilder},
+        math::{DAffine3, DVec3, Rgb},
+        scene::{Background, SceneBuilder, SceneUpdate},
         shape::quad::QuadDesc,
         texture::Color,
         value::{Point, Spanned},
@@ -269,6 +307,31 @@ mod tests {
             let ray = Ray::new(Vec3::new(x, 1.0, 0.0), -Vec3::Y);
             let hit = nearest(&scene, ray).expect("the floor");
             assert!(scene.contact(&scene.surface(&ray, &hit), &hit).is_none());
+        }
+    }
+
+    #[test]
+    fn contacts_after_moves_are_those_of_all_shapes_anew() {
+        let mut scene = corner();
+        for (shape, by) in [
+            (2_usize, Vec3::new(0.5, 0.0, 0.0)),
+            (1, Vec3::new(-0.3, 0.2, 0.0)),
+            (0, Vec3::new(0.0, 5.0, 0.0)),
+            (0, Vec3::ZERO),
+        ] {
+            let moved = scene.geometry.shape_objects[shape];
+            let transform = Transform::new(DAffine3::from_translation(by.as_dvec3())).expect("it has an inverse");
+            let update = SceneUpdate {
+                transforms: vec![(moved, transform)],
+                ..SceneUpdate::default()
+            };
+            scene.apply(&update).expect("it can be moved");
+            let geometry = scene.geometry.accel.geometry();
+            assert_eq!(
+                scene.geometry.contacts,
+                Contacts::new(geometry),
+                "shape {shape} by {by}"
+            );
         }
     }
 }

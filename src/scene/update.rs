@@ -13,9 +13,7 @@ use std::{
     sync::Arc,
 };
 
-use super::{
-    Lights, MeshRecord, ObjectFromGroup, ObjectId, Scene, ShadingUpdate, builder::GroupId, contacts::Contacts,
-};
+use super::{Lights, MeshRecord, ObjectFromGroup, ObjectId, Scene, ShadingUpdate, builder::GroupId};
 use crate::{
     accel::UpdateReport,
     geometry::{BuildError, Edit, InstanceId, MeshGroup},
@@ -109,7 +107,8 @@ impl Scene {
             geometry.object_transforms[*place as usize] = *transform;
         }
         if !edit.shapes.is_empty() {
-            geometry.contacts = Contacts::new(geometry.accel.geometry());
+            let moved = edit.shapes.iter().map(|(shape, _)| *shape);
+            geometry.contacts = geometry.contacts.after_moves(geometry.accel.geometry(), moved);
         }
         for pose in &update.poses {
             let mesh = &mut geometry.meshes[pose.mesh.0 as usize];
