@@ -9,7 +9,7 @@ use std::{
 use glam::DAffine3;
 
 use super::{
-    motion::{ModelClip, ModelPose, Motion},
+    motion::{EditedParts, ModelClip, ModelEdits, ModelPose, Motion},
     points::PointCloud,
 };
 use crate::{
@@ -21,7 +21,7 @@ use crate::{
         bitmap::ColorSpace,
         image::{TextureFilter, Wrap},
     },
-    value::{one_line, visible},
+    value::{one_line, unique_names, visible},
 };
 
 pub use super::views::{ModelCamera, ModelLight, ModelLightKind, ModelView};
@@ -42,6 +42,8 @@ pub struct ModelChoice {
     pub light_units: LightUnits,
     /// The animations that are played; `None` where nobody decided.
     pub animation: Option<AnimationChoice>,
+    /// The nodes and materials of which values replace some.
+    pub edited: EditedParts,
 }
 
 /// A model, in its own space: right-handed, +y up, metres.
@@ -54,6 +56,10 @@ pub struct Model {
     /// The file's hierarchy; empty if the format has none.
     pub nodes: Vec<ModelNode>,
     pub materials: Vec<ModelMaterial>,
+    /// The unique names of all materials of the file, also of those that are not shown; `None` if these are [`Model::materials`].
+    pub material_names: Option<Vec<String>>,
+    /// The parts that are not visible.
+    pub hidden: HashSet<usize>,
     pub textures: Vec<ModelTexture>,
     pub images: Vec<ImageSource>,
     pub cameras: Vec<ModelCamera>,
@@ -62,7 +68,7 @@ pub struct Model {
     pub variants: Vec<String>,
     /// All animations of the file, in its order.
     pub clips: Vec<ModelClip>,
-    /// The motion by those animations that are played; `None` if none are.
+    /// The motion by those animations that are played and by values; `None` if it has neither.
     pub motion: Option<Arc<Motion>>,
     /// The features that the file uses, each once.
     pub features: Vec<ModelFeature>,
@@ -269,12 +275,23 @@ impl Model {
         self.instances.is_empty() && self.points.is_none()
     }
 
-    /// The pose at `time`, in s; `None` for a model without animations that are played.
-    pub fn pose(&self, playback: &Playback, time: f64) -> Option<ModelPose> {
-        self.motion.as_ref().map(|motion| motion.pose(playback, time))
+    /// The unique names of all nodes.
+    pub fn names_of_nodes(&self) -> Vec<String> {
+        unique_names(self.nodes.iter().map(|node| node.name.as_str()))
     }
 
-    /// The parts that move or deform: for each the number of its node, and its transform within the node if that moves.
+    /// The unique names of all materials of the file.
+    pub fn names_of_materials(&self) -> Vec<String> {
+        let of_shown = || unique_names(self.materials.iter().map(|material| material.name.as_str()));
+        self.material_names.clone().unwrap_or_else(of_shown)
+    }
+
+    /// The pose at `time`, in s; `None` for a model without motion.
+    pub fn pose(&self, playback: &Playback, edits: &ModelEdits, time: f64) -> Option<ModelPose> {
+        self.motion.as_ref().map(|motion| motion.pose(playback, edits, time))
+    }
+
+    /// The parts that move, deform or may vanish: for each the number of its node, and its transform within the node if that moves.
     pub fn movers(&self) -> Vec<Option<(Option<usize>, DAffine3)>> {
         let mut movers = vec![None; self.instances.len()];
         let Some(motion) = &self.motion else {
@@ -285,6 +302,9 @@ impl Model {
             *mover = deforming
                 .contains(&part.mesh)
                 .then_some((part.node, DAffine3::IDENTITY));
+        }
+        for (part, _) in &motion.switched {
+            movers[*part] = Some((self.instances[*part].node, self.instances[*part].model_from_mesh));
         }
         for part in &motion.parts {
             movers[part.part] = Some((self.instances[part.part].node, part.node_from_mesh));
@@ -305,6 +325,7 @@ impl Model {
             model.materials[material].surface = surface;
         }
         (model.cameras, model.lights) = (pose.cameras, pose.lights);
+        model.hidden = pose.hidden;
         model
     }
 

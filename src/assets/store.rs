@@ -15,7 +15,7 @@ use super::{
     model::{ImageSource, LightUnits, Model, ModelChoice, ModelFeature},
     model_format::ModelError,
     model_formats,
-    motion::ModelClip,
+    motion::{ModelClip, Motion},
 };
 use crate::{
     texture::{Bitmap, bitmap::ColorSpace},
@@ -106,7 +106,11 @@ fn load_model(request: &ModelRequest, files: &Files) -> Result<Model, AssetError
     if choice.light_units != LightUnits::Auto && !format.has_choices() {
         return Err(AssetError::NoLights { path });
     }
-    format.load(&path, choice, files).map_err(AssetError::Model)
+    let mut model = format.load(&path, choice, files).map_err(AssetError::Model)?;
+    if !format.has_choices() && !choice.edited.is_empty() {
+        model.motion = Some(Arc::new(Motion::of_edited(&model, &choice.edited)));
+    }
+    Ok(model)
 }
 
 /// A model file, and what of it is shown.

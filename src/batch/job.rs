@@ -158,6 +158,12 @@ impl Job {
             self.store.forget_models();
         }
         let (scene, motion) = loaded?;
+        if let Some(values) = self.plan.values.as_deref() {
+            let problem = |object, part, name: &str, span| motion.part_problem(object, part, name, span);
+            values
+                .check_parts(&self.desc, problem)
+                .map_err(compile::Error::Invalid)?;
+        }
         let _ = self.motion.set(Arc::new(motion));
         for file in self
             .plan

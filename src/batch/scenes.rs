@@ -6,7 +6,7 @@ use crate::{
     accel::BuildOptions,
     assets::{MemoryKind, Store},
     compile::{self, Change, LoadOptions, Refresher, SceneMotion},
-    describe::{Entity, MovingDesc, SceneDesc, Values},
+    describe::{Entity, MovingDesc, PartsDesc, SceneDesc, Values},
     error::Error,
     math::DVec3,
     scene::Scene,
@@ -55,6 +55,7 @@ pub(super) fn load_options(values: Option<&Values>, eye: Option<DVec3>, time: f6
         eye,
         time,
         moved: values.map(Values::moved_objects).unwrap_or_default(),
+        edited: values.map(Values::edited_parts).unwrap_or_default(),
         ..LoadOptions::default()
     }
 }
@@ -215,6 +216,7 @@ fn change(entity: Entity, path: &[String]) -> Option<Change> {
         Entity::Background if !is(1, "file") => Some(Change::Background),
         Entity::Object(at) if is(0, "transform") => Some(Change::Transform(at)),
         Entity::Object(at) if is(0, "material") => Some(Change::ObjectMaterial(at)),
+        Entity::Object(_) if PartsDesc::is_of_pose(path) => Some(Change::Parts),
         Entity::Camera => None,
         Entity::Background | Entity::Object(_) | Entity::Texture(_) => Some(Change::Other),
     }

@@ -1,7 +1,8 @@
 //! The state of compilation.
 
-use std::collections::{BTreeSet, HashMap};
+use std::collections::HashMap;
 
+use super::LoadOptions;
 use crate::{
     assets::store::ImageRequest,
     describe::SceneDesc,
@@ -16,8 +17,7 @@ pub(super) struct Compiler<'a> {
     pub desc: &'a SceneDesc,
     /// The scene's origin in world space.
     pub origin: DVec3,
-    /// The objects that move at some time.
-    pub moved: &'a BTreeSet<usize>,
+    pub options: &'a LoadOptions,
     pub scene: SceneBuilder,
     /// The images to load, once for each colour space, in the order of their [`BitmapId`](crate::texture::BitmapId)s.
     pub images: Vec<ImageRequest>,
@@ -27,14 +27,14 @@ pub(super) struct Compiler<'a> {
 }
 
 impl<'a> Compiler<'a> {
-    pub fn new(desc: &'a SceneDesc, origin: DVec3, moved: &'a BTreeSet<usize>) -> Self {
+    pub fn new(desc: &'a SceneDesc, origin: DVec3, options: &'a LoadOptions) -> Self {
         let mut scene = SceneBuilder::new(Background::new(Rgb::BLACK));
         scene.set_origin(origin);
         let names = desc.materials.iter().map(|m| m.name.get_ref().as_str());
         Self {
             desc,
             origin,
-            moved,
+            options,
             scene,
             images: Vec::new(),
             material_ids: names.zip(0..).collect(),

@@ -9,6 +9,7 @@ use crate::{
     assets::{
         AssetError, Store,
         model::{LightUnits, Model, ModelCamera, ModelChoice, ModelView},
+        motion::{EditedParts, ModelEdits},
         store::ModelRequest,
     },
     camera::{
@@ -16,7 +17,7 @@ use crate::{
         orthographic::OrthographicDesc,
         perspective::{FovDegrees, PerspectiveDesc},
     },
-    describe::{self, BackgroundDesc, LightEntry, ObjectDesc, Overrides, SceneDesc, Source},
+    describe::{self, BackgroundDesc, LightEntry, ObjectDesc, Overrides, PartsDesc, SceneDesc, Source},
     light::{LightDesc, sun::SunDesc},
     math::{Aabb, DAabb, Rgb, Vec3, origin},
     shape::{
@@ -83,7 +84,7 @@ impl ModelRun {
     /// The camera at `time`, in s, if it moves and is not degenerate then.
     pub fn camera(&self, time: f64) -> Option<CameraDesc> {
         let (model, camera, center) = self.camera.as_ref()?;
-        let pose = model.pose(&Playback::default(), time)?;
+        let pose = model.pose(&Playback::default(), &ModelEdits::default(), time)?;
         own_camera(&pose.cameras[*camera], *center)
     }
 }
@@ -95,7 +96,9 @@ fn bounds_of_run(model: &Model) -> DAabb {
     };
     let at = |i: u32| {
         let time = f64::from(motion.end()) * f64::from(i) / f64::from(RUN_SAMPLES);
-        model.posed(motion.pose(&Playback::default(), time)).bounds()
+        model
+            .posed(motion.pose(&Playback::default(), &ModelEdits::default(), time))
+            .bounds()
     };
     (0..=RUN_SAMPLES).map(at).fold(DAabb::EMPTY, DAabb::union)
 }
@@ -113,6 +116,7 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
             lights: Some(true),
             light_units: options.light_units,
             animation: options.animation.cloned(),
+            edited: EditedParts::default(),
         },
     })?;
     let mut objects = Vec::new();
@@ -175,6 +179,7 @@ fn object(path: &Path, options: ModelOptions<'_>) -> ObjectDesc {
         transform: None,
         visible: true,
         group: None,
+        parts: PartsDesc::default(),
     }
 }
 

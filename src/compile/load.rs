@@ -1,6 +1,9 @@
 //! The first step of compilation: a description and its files become a [`SceneBuilder`].
 
-use std::{cell::RefCell, collections::BTreeSet};
+use std::{
+    cell::RefCell,
+    collections::{BTreeMap, BTreeSet},
+};
 
 use super::{
     Error, Instancing, background,
@@ -8,13 +11,14 @@ use super::{
     models,
     motion::{Movables, SceneMotion},
     origin::SceneOrigin,
-    placed::{LoadedModels, PlacedModel},
+    placed::{self, LoadedModels, PlacedModel},
 };
 use crate::{
     assets::{
         AssetError, MemoryKind, Store,
         image::AlphaUse,
         model::ImageSource,
+        motion::EditedParts,
         store::{ImageRequest, ModelRequest},
     },
     describe::{Diagnostics, SceneDesc},
@@ -37,8 +41,8 @@ struct Compiled {
 
 impl Compiled {
     /// Compiles the description itself, relative to `origin`.
-    fn around(origin: DVec3, desc: &SceneDesc, moved: &BTreeSet<usize>) -> Result<Self, Error> {
-        let mut compiler = Compiler::new(desc, origin, moved);
+    fn around(origin: DVec3, desc: &SceneDesc, options: &LoadOptions) -> Result<Self, Error> {
+        let mut compiler = Compiler::new(desc, origin, options);
         compiler.textures();
         compiler.materials();
         let placed = compiler.objects();
@@ -64,10 +68,19 @@ fn around_models(
 ) -> Result<(Compiled, Result<LoadedModels, Vec<AssetError>>), Error> {
     let mut origin = SceneOrigin::new(desc, options.eye);
     let first = options.origin.unwrap_or_else(|| origin.choose());
-    let compiled = Compiled::around(first, desc, &options.moved)?;
+    let mut compiled = Compiled::around(first, desc, options)?;
     let requests: Vec<ModelRequest> = compiled.placed.iter().map(PlacedModel::request).collect();
     store.keep_models(&requests);
     let loaded = store.models(&requests);
+    if let Ok(models) = &loaded {
+        let unknown = placed::unknown_parts(desc, &compiled.placed, models);
+        if let Some(diagnostics) = Diagnostics::new(&desc.source, unknown) {
+            return Err(Error::Invalid(diagnostics));
+        }
+        for (placed, model) in compiled.placed.iter_mut().zip(models) {
+            placed.edits = placed::edits(&desc.objects[placed.object.0 as usize].parts, model);
+        }
+    }
     let loaded = loaded.map(|models| LoadedModels::new(&compiled.placed, models, options.time));
     if options.origin.is_some() {
         return Ok((compiled, loaded));
@@ -77,11 +90,13 @@ fn around_models(
         origin.add(placed.map(|(placed, bounds)| placed.place.world_box(first, bounds)));
     }
     let chosen = origin.choose();
-    let compiled = if chosen == first {
-        compiled
-    } else {
-        Compiled::around(chosen, desc, &options.moved)?
-    };
+    if chosen != first {
+        let again = Compiled::around(chosen, desc, options)?;
+        let old = std::mem::replace(&mut compiled, again).placed;
+        for (placed, old) in compiled.placed.iter_mut().zip(old) {
+            placed.edits = old.edits;
+        }
+    }
     Ok((compiled, loaded))
 }
 
@@ -96,6 +111,8 @@ pub struct LoadOptions {
     pub origin: Option<DVec3>,
     /// The objects that move at some time, by their indices. They are never baked into the world.
     pub moved: BTreeSet<usize>,
+    /// The nodes and materials of models whose values change over time, by the indices of objects.
+    pub edited: BTreeMap<usize, EditedParts>,
     /// The time of the animations of models, in s.
     pub time: f64,
 }

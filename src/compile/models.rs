@@ -71,7 +71,8 @@ struct InstancingPlan {
 
 impl InstancingPlan {
     fn new(model: &Model, bounds: &DAabb, model_use: &ModelUse, instancing: Instancing) -> Self {
-        let units = InstanceUnits::new(model, model_use.objects, instancing);
+        let mut units = InstanceUnits::new(model, model_use.objects, instancing);
+        units.rest.retain(|part| !model.hidden.contains(part));
         let rest = &units.rest;
         let origin = origin::of_box(bounds);
         let near = |part: &MeshInstance| MeshInstance {
@@ -253,7 +254,8 @@ impl ModelPlacer<'_> {
             dropped += self.copy(&rest, plan.shares_rest.then_some(&mut plan.rest))?;
         }
         for (unit, group) in plan.units.shared.iter().zip(&mut plan.shared) {
-            for run in &unit.copies {
+            // Parts of a run vanish together.
+            for run in unit.copies.iter().filter(|run| !model.hidden.contains(&run.start)) {
                 let model_from_group = model.instances[run.start].model_from_mesh;
                 let in_group = |part: &MeshInstance| MeshInstance {
                     model_from_mesh: DAffine3::IDENTITY,

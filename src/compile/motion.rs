@@ -11,7 +11,7 @@ use super::{
     materials::model_material,
     model_lights,
     objects::moved_place,
-    placed::{Kept, MovedPart, PlacedModel, Poses},
+    placed::{Kept, KnownParts, MovedPart, NO_PARTS, PlacedModel, Poses, edits},
     refresh::are_alike,
 };
 use crate::{
@@ -19,12 +19,13 @@ use crate::{
         model::Model,
         motion::{MeshShape, ModelPose},
     },
-    describe::SceneDesc,
+    describe::{Part, SceneDesc},
     light::Light,
     material::{Material, MaterialId},
     math::{DAffine3, Transform, Vec3, Vec4},
     scene::{LightId, MeshId, MeshPose, MeshTransform, ObjectFromGroup, ObjectId, Scene, SceneUpdate, ShadingUpdate},
     texture::TextureId,
+    value::{Problem, Span},
 };
 
 /// The places in a scene of all that the animations of models may move.
@@ -47,13 +48,24 @@ pub struct SceneMotion {
 
 impl SceneMotion {
     pub(super) fn new(placed: Vec<PlacedModel>, models: Vec<Arc<Model>>, movables: Movables) -> Self {
-        if models.iter().all(|model| model.motion.is_none()) {
+        let plays = |model: &Arc<Model>| model.motion.as_ref().is_some_and(|motion| !motion.clips.is_empty());
+        if !models.iter().any(plays) && !placed.iter().any(|placed| placed.is_edited_over_time) {
             return Self::default();
         }
         Self {
             placed,
             models,
             movables,
+        }
+    }
+
+    /// The problem of the name of a part of the model of an object, if there is one. Of a scene in which nothing moves only parts of
+    /// objects without a model have one.
+    pub fn part_problem(&self, object: usize, part: Part, name: &str, span: Span) -> Option<Problem> {
+        let at = self.placed.iter().position(|placed| placed.object.0 as usize == object);
+        match at {
+            Some(at) => KnownParts::new(&self.placed[at], &self.models[at]).problem(part, name, span),
+            None => Some(Problem::at(span, NO_PARTS)),
         }
     }
 
@@ -77,15 +89,19 @@ impl SceneMotion {
         let mut poses: Poses<ModelPose> = Poses::default();
         let mut placed = self.placed.clone();
         for (placed, model) in placed.iter_mut().zip(&self.models) {
-            let playback = &placed.playback;
-            poses.or_insert_with(model, playback, || model.pose(playback, time).unwrap_or_default());
+            let object = &desc.objects[placed.object.0 as usize];
             if placed.moved {
-                placed.place = moved_place(&desc.objects[placed.object.0 as usize], scene.origin).ok()?;
+                placed.place = moved_place(object, scene.origin).ok()?;
             }
+            if placed.is_edited_over_time {
+                placed.edits = edits(&object.parts, model);
+            }
+            let pose = || model.pose(&placed.playback, &placed.edits, time);
+            poses.or_insert_with(model, placed, || pose().unwrap_or_default());
         }
         let mut models = BTreeMap::new();
         for (placed, model) in placed.iter().zip(&self.models) {
-            let pose = poses.get(model, &placed.playback)?;
+            let pose = poses.get(model, placed)?;
             models.insert(placed.object.0, PosedModel { placed, model, pose });
         }
         let shading = ShadingUpdate {

@@ -1,8 +1,12 @@
 //! Compilation of objects.
 
-use super::{compiler::Compiler, place::ObjectPlace, placed::PlacedModel};
+use super::{
+    compiler::Compiler,
+    place::ObjectPlace,
+    placed::{NO_PARTS, PlacedModel},
+};
 use crate::{
-    assets::model::ModelChoice,
+    assets::{model::ModelChoice, motion::ModelEdits},
     describe::{ObjectDesc, SceneDesc},
     material::MaterialId,
     math::{DAffine3, DVec3},
@@ -24,6 +28,9 @@ impl Compiler<'_> {
                     continue;
                 };
                 let file = mesh.file.get_ref();
+                let edited_over_time = self.options.edited.get(&i);
+                let mut edited = object.parts.edited();
+                edited_over_time.into_iter().for_each(|others| edited.extend(others));
                 let id = self.scene.object(&name, Some(file), material.unwrap_or(MaterialId(0)));
                 self.light_group(object, id);
                 models.push(PlacedModel {
@@ -35,16 +42,22 @@ impl Compiler<'_> {
                         lights: mesh.lights,
                         light_units: mesh.light_units,
                         animation: mesh.animation.clone(),
+                        edited,
                     },
                     playback: mesh.playback(),
+                    edits: ModelEdits::default(),
+                    is_edited_over_time: edited_over_time.is_some(),
                     material,
                     place,
                     visible: object.visible,
-                    moved: self.moved.contains(&i),
+                    moved: self.options.moved.contains(&i),
                     light_group: object.group.as_ref().map(|g| g.as_str().to_owned()),
                     point_radius: mesh.radius.map(|r| r.0),
                 });
                 continue;
+            }
+            if let Some((_, _, span)) = object.parts.names().next() {
+                self.problems.push(Problem::at(span, NO_PARTS));
             }
             // With a transform the shape is in its own space, without one in world space.
             let origin = match &place {
@@ -88,7 +101,7 @@ impl Compiler<'_> {
     }
 
     fn place_of(&mut self, object: &ObjectDesc, index: usize) -> Option<ObjectPlace> {
-        let place = match self.moved.contains(&index) {
+        let place = match self.options.moved.contains(&index) {
             true => moved_place(object, self.origin),
             false => place(object, self.origin),
         };

@@ -6,13 +6,16 @@ use super::place::ObjectPlace;
 use crate::{
     assets::{
         model::{Model, ModelChoice},
+        motion::{ModelEdits, NodeEdit},
         store::ModelRequest,
     },
+    describe::{Part, PartsDesc, SceneDesc},
     geometry::{InstanceId, MAX_MAGNIFICATION},
     material::MaterialId,
     math::{DAabb, DAffine3, Transform},
     scene::{MeshId, ObjectFromGroup, ObjectId},
     shape::mesh::{Playback, Repeat},
+    value::{Problem, Span, UnknownName},
 };
 
 /// An object whose geometry is in a file.
@@ -23,6 +26,10 @@ pub(super) struct PlacedModel {
     pub choice: ModelChoice,
     /// When its animations are played.
     pub playback: Playback,
+    /// The values that replace those of the file, at the time for which the scene is compiled.
+    pub edits: ModelEdits,
+    /// Whether these change over time.
+    pub is_edited_over_time: bool,
     /// Overrides the model's own materials.
     pub material: Option<MaterialId>,
     pub place: ObjectPlace,
@@ -60,6 +67,84 @@ impl PlacedModel {
     }
 }
 
+/// The problem of values of parts of an object that is no mesh.
+pub(super) const NO_PARTS: &str = "only a `shape.mesh` has nodes and materials of its own";
+
+/// The problem of values of materials that are not shown.
+pub(super) const OTHER_MATERIAL: &str = "the object has a `material`, which takes the place of those of its model";
+
+/// The values of a description that replace those of `model`.
+pub(super) fn edits(parts: &PartsDesc, model: &Model) -> ModelEdits {
+    let Some(motion) = &model.motion else {
+        return ModelEdits::default();
+    };
+    let node = |(name, edit): (&str, NodeEdit)| Some((*motion.named_nodes.get(name)?, edit));
+    let mut edits = ModelEdits {
+        nodes: parts.nodes().filter_map(node).collect(),
+        ..ModelEdits::default()
+    };
+    for (name, factors) in parts.materials() {
+        // A material that is not shown has no motion.
+        if let Some(&material) = motion.named_materials.get(name) {
+            edits.materials.extend(factors.iter().map(|factor| (material, *factor)));
+        }
+    }
+    edits
+}
+
+/// The problems of names in descriptions that are none of `models`, which are those of `placed`.
+pub(super) fn unknown_parts(desc: &SceneDesc, placed: &[PlacedModel], models: &[Arc<Model>]) -> Vec<Problem> {
+    let mut problems = Vec::new();
+    for (placed, model) in placed.iter().zip(models) {
+        let parts = &desc.objects[placed.object.0 as usize].parts;
+        if parts.is_empty() {
+            continue;
+        }
+        let known = KnownParts::new(model);
+        problems.extend(
+            parts
+                .names()
+                .filter_map(|(what, name, span)| known.problem(what, name, span)),
+        );
+    }
+    problems
+}
+
+/// The names of the nodes and materials of a model.
+pub(super) struct KnownParts {
+    nodes: Vec<String>,
+    materials: Vec<String>,
+    /// Whether the object has another material.
+    has_other: bool,
+}
+
+impl KnownParts {
+    pub fn new(placed: &PlacedModel, model: &Model) -> Self {
+        Self {
+            nodes: model.names_of_nodes(),
+            materials: model.names_of_materials(),
+            has_other: placed.material.is_some(),
+        }
+    }
+
+    /// The problem of a name at `span` that none of these parts has.
+    pub fn problem(&self, part: Part, name: &str, span: Span) -> Option<Problem> {
+        let (what, known) = match part {
+            Part::Material if self.has_other => return Some(Problem::at(span, OTHER_MATERIAL)),
+            Part::Node => ("node", &self.nodes),
+            Part::Material => ("material", &self.materials),
+        };
+        if known.iter().any(|known| known == name) {
+            return None;
+        }
+        let unknown = UnknownName::new(what, name, known.iter().map(String::as_str));
+        Some(match known.is_empty() {
+            true => unknown.with_fallback(Some("the model has none".to_owned())).at(span),
+            false => unknown.at(span),
+        })
+    }
+}
+
 /// The models of placed objects, one for each object.
 pub(super) struct LoadedModels {
     /// In the poses of the time for which the scene is compiled.
@@ -78,7 +163,8 @@ impl LoadedModels {
         let mut poses: Poses<Arc<Model>> = Poses::default();
         for (placed, model) in placed.iter().zip(&at_rest) {
             let own = *rest_bounds.entry(Arc::as_ptr(model)).or_insert_with(|| model.bounds());
-            let posed = poses.or_insert_with(model, &placed.playback, || match model.pose(&placed.playback, time) {
+            let pose = || model.pose(&placed.playback, &placed.edits, time);
+            let posed = poses.or_insert_with(model, placed, || match pose() {
                 Some(pose) => Arc::new(model.posed(pose)),
                 None => Arc::clone(model),
             });
@@ -98,8 +184,19 @@ impl LoadedModels {
     }
 }
 
-/// A value for each model and playback.
-pub(super) struct Poses<T>(HashMap<(*const Model, [u64; 2], Option<u32>), T>);
+/// What the pose of a model follows from, beside the time.
+#[derive(PartialEq, Eq, Hash)]
+struct PoseKey {
+    model: *const Model,
+    start_and_speed: [u64; 2],
+    times: Option<u32>,
+    /// The bits of values of the file, or the object whose values change over time: whether objects share a pose does not
+    /// depend on the time.
+    edits: Result<Vec<u64>, u32>,
+}
+
+/// A value for each pose of a model.
+pub(super) struct Poses<T>(HashMap<PoseKey, T>);
 
 impl<T> Default for Poses<T> {
     fn default() -> Self {
@@ -108,23 +205,30 @@ impl<T> Default for Poses<T> {
 }
 
 impl<T> Poses<T> {
-    fn key(model: &Arc<Model>, playback: &Playback) -> (*const Model, [u64; 2], Option<u32>) {
-        let times = match playback.repeat {
-            Repeat::Once => Some(1),
-            Repeat::Times(times) => Some(times),
-            Repeat::Forever => None,
-        };
-        let numbers = [playback.start, playback.speed].map(f64::to_bits);
-        (Arc::as_ptr(model), numbers, times)
+    fn key(model: &Arc<Model>, placed: &PlacedModel) -> PoseKey {
+        let playback = &placed.playback;
+        PoseKey {
+            model: Arc::as_ptr(model),
+            start_and_speed: [playback.start, playback.speed].map(f64::to_bits),
+            times: match playback.repeat {
+                Repeat::Once => Some(1),
+                Repeat::Times(times) => Some(times),
+                Repeat::Forever => None,
+            },
+            edits: match placed.is_edited_over_time {
+                true => Err(placed.object.0),
+                false => Ok(placed.edits.bits()),
+            },
+        }
     }
 
-    /// The value of a model and a playback, made once.
-    pub fn or_insert_with(&mut self, model: &Arc<Model>, playback: &Playback, new: impl FnOnce() -> T) -> &T {
-        self.0.entry(Self::key(model, playback)).or_insert_with(new)
+    /// The value of the pose of an object, made once.
+    pub fn or_insert_with(&mut self, model: &Arc<Model>, placed: &PlacedModel, new: impl FnOnce() -> T) -> &T {
+        self.0.entry(Self::key(model, placed)).or_insert_with(new)
     }
 
-    pub fn get(&self, model: &Arc<Model>, playback: &Playback) -> Option<&T> {
-        self.0.get(&Self::key(model, playback))
+    pub fn get(&self, model: &Arc<Model>, placed: &PlacedModel) -> Option<&T> {
+        self.0.get(&Self::key(model, placed))
     }
 }
 

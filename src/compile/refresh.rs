@@ -30,6 +30,8 @@ pub enum Change {
     Transform(usize),
     /// The material of an object.
     ObjectMaterial(usize),
+    /// The transforms of nodes or the materials of a model, which [`SceneMotion`](super::SceneMotion) changes.
+    Parts,
     /// Something else, for which the scene is compiled again.
     Other,
 }
@@ -113,6 +115,7 @@ impl Refresher {
                     is_alike &= transform.magnification().0 <= MAX_MAGNIFICATION;
                     update.transforms.push((ObjectId(at as u32), transform));
                 }
+                Change::Parts => {}
                 Change::Other => is_alike = false,
             }
         }

@@ -6,7 +6,7 @@ use std::borrow::Cow;
 
 use toml::de::{DeTable, DeValue};
 
-use super::kind_tables::is_kind;
+use super::{kind_tables::is_kind, parts};
 use crate::value::{Problem, Span, Spanned, UnknownName};
 
 /// The tables whose keys are names that the scene file chooses.
@@ -45,6 +45,10 @@ impl KnownNames {
     /// Returns `path` with each name as one step, and with the number of an element, from 0, in place of its name. `span` is that of
     /// the value.
     pub fn resolve<'p>(&self, path: &'p [String], span: &Span) -> Result<Vec<Cow<'p, str>>, Problem> {
+        self.numbered(path, span).map(parts::joined)
+    }
+
+    fn numbered<'p>(&self, path: &'p [String], span: &Span) -> Result<Vec<Cow<'p, str>>, Problem> {
         let plain = || path.iter().map(|step| Cow::Borrowed(step.as_str())).collect();
         let [table, rest @ ..] = path else { return Ok(plain()) };
         let lists = LISTED.iter().zip(&self.listed).map(|(what, names)| (what, names, true));
@@ -91,6 +95,8 @@ pub(super) struct Component {
     index: usize,
     /// The numbers of the list.
     count: usize,
+    /// Whether those that are not given are the model's own, so that there need not be a list.
+    is_partial: bool,
 }
 
 impl Component {
@@ -108,7 +114,16 @@ impl Component {
         // The settings of a job are no lists of numbers.
         let is_setting = matches!(table, [own] if own == "render" || own == "output");
         let is_component = !table.is_empty() && !is_setting && !is_kind(table, kind);
-        is_component.then_some(Self { index, count })
+        is_component.then(|| Self {
+            index,
+            count,
+            is_partial: parts::is_of_part(path),
+        })
+    }
+
+    /// Whether it becomes a component of `old`, and not a key of a table.
+    pub fn is_put_into(self, old: Option<&Spanned<DeValue<'_>>>) -> bool {
+        old.map_or(!self.is_partial, |old| !old.get_ref().is_table())
     }
 
     /// Returns the list `old` of `key` with `new` as this component. The other components of a list that is not there are

@@ -11,6 +11,7 @@ use toml::de::{DeTable, DeValue};
 use super::{
     kind_tables::{another_kind, kind_table},
     names::{Component, KnownNames, unset},
+    parts::QUATERNION,
 };
 use crate::value::{OVERRIDES, Problem, Span, Spanned};
 
@@ -172,7 +173,7 @@ pub(super) fn put<'i>(
     let span = value.span();
     let named = || Spanned::new(span.clone(), key.clone());
     if let (Some(component), [_]) = (component, inner)
-        && table.get(key.as_ref()).is_none_or(|old| !old.get_ref().is_table())
+        && component.is_put_into(table.get(key.as_ref()))
     {
         let old = table.remove(key.as_ref());
         table.insert(named(), component.put(key, old, value)?);
@@ -254,6 +255,10 @@ fn written_out<'i>(
         Some(DeValue::String(kind)) if kind == next => {
             let empty = DeValue::Table(DeTable::new());
             (kind.clone(), Spanned::new(span.clone(), empty))
+        }
+        // A quaternion takes the place of angles.
+        Some(DeValue::Array(_)) if key == "rotate" && QUATERNION.contains(&next) => {
+            return Ok(Spanned::new(span.clone(), DeValue::Table(DeTable::new())));
         }
         None => return Ok(Spanned::new(span.clone(), DeValue::Table(DeTable::new()))),
         Some(_) => return Ok(old.expect("it is there")),

@@ -213,9 +213,11 @@ impl Reader<'_> {
     }
 
     /// Parses the table of an object.
-    pub fn object(&mut self, value: Value<'_>) -> Option<ObjectDesc> {
+    pub fn object(&mut self, mut value: Value<'_>) -> Option<ObjectDesc> {
+        let parts = self.parts(&mut value);
         let object = Some(value).filter(|v| self.have_one_kind(v, &[&kind_tables::SHAPE]))?;
-        self.entity(object)
+        let object: ObjectDesc = self.entity(object)?;
+        Some(ObjectDesc { parts, ..object })
     }
 
     /// Parses the table of a light.

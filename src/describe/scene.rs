@@ -28,10 +28,10 @@
 
 use std::path::Path;
 
-use glam::{DAffine3, DVec3};
+use glam::{DAffine3, DMat3, DVec3};
 use serde::Deserialize;
 
-use super::{LightGroupName, OutputDesc, RenderDesc, Source};
+use super::{LightGroupName, OutputDesc, PartsDesc, RenderDesc, Source, rotation::RotationDesc};
 use crate::{
     camera::{CameraDesc, path::Shutter},
     light::{LightDesc, environment::EnvironmentDesc},
@@ -221,9 +221,12 @@ pub struct LightEntry {
 /// | `transform` | `{ translate, rotate, scale }` or `{ matrix }` | none |
 /// | `visible` | whether it is there at all: `false` hides it from the camera, from mirrors and from light | `true` |
 /// | `group` | the name of the light group of the light that it emits, see `[[light]]` | none |
+/// | `node` | tables by the names of nodes of its model: `transform` and `visible` | those of the file |
+/// | `material_overrides` | tables by the names of materials of its model: factors | those of the file |
 ///
 /// A transform scales first, then rotates about the fixed x, y and z axes in this order (degrees), then translates (m).
-/// `scale` is a number or `[x, y, z]`. A `matrix` has four rows of four numbers, the last of them `[0, 0, 0, 1]`.
+/// `rotate` is `[x, y, z]`, or a quaternion `{ qx, qy, qz, qw }`. `scale` is a number or `[x, y, z]`. A `matrix` has four rows of
+/// four numbers, the last of them `[0, 0, 0, 1]`.
 ///
 /// ```toml
 /// [material.ball]
@@ -235,6 +238,28 @@ pub struct LightEntry {
 /// shape.sphere = { radius = 1 }
 /// transform = { translate = [0, 1, 0], scale = [1, 2, 1] }
 /// ```
+///
+/// **Nodes and materials of a model** take other values than those of its file by their names:
+///
+/// ```text
+/// [[object]]
+/// name = "car"
+/// shape.mesh = { file = "car.glb" }
+///
+/// [object.node.Wheel_L]
+/// transform = { rotate = { x = 30 } }
+///
+/// [object.node.Roof]
+/// visible = false
+///
+/// [object.material_overrides.Paint]
+/// base_color = [0.6, 0.02, 0.02]
+/// roughness = 0.3
+/// ```
+///
+/// `translate`, `rotate` and `scale` take the place of those of the node in its parent. Each is `[x, y, z]`, or a table of some of `x`,
+/// `y` and `z`, whose others stay as in the rest pose. A node that is not visible hides those below it. A colour is a number, `[r, g, b]` or
+/// a table of some of them. Names, factors and what they do are in [animation](../animation.md#parts-of-models).
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObjectDesc {
@@ -247,6 +272,9 @@ pub struct ObjectDesc {
     #[serde(default = "yes")]
     pub visible: bool,
     pub group: Option<LightGroupName>,
+    /// The keys `node` and `material_overrides`.
+    #[serde(skip)]
+    pub parts: PartsDesc,
 }
 
 fn yes() -> bool {
@@ -259,7 +287,7 @@ fn yes() -> bool {
 #[serde(deny_unknown_fields)]
 pub struct TransformDesc {
     translate: Option<Point>,
-    rotate: Option<Point>,
+    rotate: Option<RotationDesc>,
     scale: Option<OneOrEach<Coordinate, 3>>,
     matrix: Option<[[Coordinate; 4]; 4]>,
 }
@@ -271,14 +299,16 @@ impl TransformDesc {
             let message = "`matrix` stands alone, without `translate`, `rotate` and `scale`";
             return Err(Problem::at(span, message));
         }
-        let given = |p: Option<Point>| p.map_or(DVec3::ZERO, |p| p.0);
         let map = match &self.matrix {
             Some(rows) => transform::from_rows(rows.map(|row| row.map(|v| v.0))),
-            None => Some(transform::from_parts(
-                given(self.translate),
-                given(self.rotate),
-                self.scale.map_or(DVec3::ONE, |s| DVec3::from(s.0.map(|v| v.0))),
-            )),
+            None => {
+                let rotation = self.rotate.unwrap_or_default().matrix();
+                let scale = self.scale.map_or(DVec3::ONE, |s| DVec3::from(s.0.map(|v| v.0)));
+                Some(DAffine3 {
+                    matrix3: rotation * DMat3::from_diagonal(scale),
+                    translation: self.translate.map_or(DVec3::ZERO, |p| p.0),
+                })
+            }
         };
         map.filter(|map| Transform::new(*map).is_some()).ok_or_else(|| {
             Problem::at(span, "the transform has no inverse").with_help("it flattens its object; no scale may be 0")

@@ -9,7 +9,8 @@ use super::{
     kind_tables::another_kind,
     moving::MovingDesc,
     names::{Component, KnownNames},
-    values::{Column, Curve, ValueFile, Values},
+    quaternions,
+    values::{Column, Curve, FileRows, ValueFile, Values},
 };
 use crate::{
     assets::camera_path::{ValueCell, ValueColumn, ValueTable},
@@ -33,7 +34,11 @@ impl Values {
         let mut values = Self {
             files: files
                 .iter()
-                .map(|file| (file.path.clone(), file.table.rows.clone()))
+                .map(|file| FileRows {
+                    path: file.path.clone(),
+                    header: file.table.header,
+                    rows: file.table.rows.clone(),
+                })
                 .collect(),
             columns: Vec::new(),
             fixed,
@@ -71,6 +76,7 @@ impl Values {
                 sources.push((table, column));
             }
         }
+        quaternions::join(&mut values, &sources, &mut faults);
         faults.check()?;
         for (at, (table, column)) in sources.iter().enumerate() {
             if let Some(held) = values.held(desc, at, table, column) {
@@ -240,7 +246,7 @@ fn curve(table: &ValueTable, column: &ValueColumn) -> Curve {
 }
 
 /// Problems of cells so far, each with its origin.
-struct Faults<'d> {
+pub(super) struct Faults<'d> {
     desc: &'d SceneDesc,
     overrides: Overrides,
     problems: Vec<Problem>,
@@ -255,7 +261,7 @@ impl<'d> Faults<'d> {
         }
     }
 
-    fn add(&mut self, origin: String, problem: Problem) {
+    pub fn add(&mut self, origin: String, problem: Problem) {
         let start = OVERRIDES + self.overrides.paths().count();
         self.overrides.set_cell(&origin, "");
         self.problems.push(Problem {

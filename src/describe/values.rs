@@ -8,11 +8,17 @@ use std::{
     collections::{BTreeMap, BTreeSet},
     ops::RangeInclusive,
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
-use super::{Entity, Overrides, SceneDesc, names::Component};
+use glam::DQuat;
+
+use super::{Diagnostics, Entity, Overrides, Part, PartsDesc, SceneDesc, names::Component, parts::part_of};
 use crate::{
-    assets::camera_path::{ValueRow, ValueTable},
+    assets::{
+        camera_path::{ValueRow, ValueTable},
+        motion::EditedParts,
+    },
     math::track::Track,
     value::{OVERRIDES, Problem, Span},
 };
@@ -32,10 +38,19 @@ pub struct CellFile {
     pub origin: String,
 }
 
+/// The rows of a file.
+#[derive(Clone, Debug)]
+pub(super) struct FileRows {
+    pub path: PathBuf,
+    /// The line of the header.
+    pub header: usize,
+    pub rows: Vec<ValueRow>,
+}
+
 /// The values that change over time.
 #[derive(Clone, Debug)]
 pub struct Values {
-    pub(super) files: Vec<(PathBuf, Vec<ValueRow>)>,
+    pub(super) files: Vec<FileRows>,
     pub(super) columns: Vec<Column>,
     /// The number of the overrides that hold at all times.
     pub(super) fixed: usize,
@@ -58,6 +73,8 @@ pub(super) struct Column {
 #[derive(Clone, Debug)]
 pub(super) enum Curve {
     Number(Track<f64>),
+    /// A component of a quaternion, whose columns share a track.
+    Rotation(Arc<Track<DQuat>>, usize),
     /// Values in TOML that hold, by the frames from which on they do.
     Held(Vec<(f64, String)>),
 }
@@ -67,6 +84,10 @@ impl Curve {
     fn at(&self, frame: f64) -> String {
         match self {
             Self::Number(track) => toml::Value::from(track.at(frame).unwrap_or_default()).to_string(),
+            Self::Rotation(track, component) => {
+                let rotation = track.at(frame).unwrap_or_default().to_array();
+                toml::Value::from(rotation[*component]).to_string()
+            }
             Self::Held(steps) => {
                 let next = steps.partition_point(|(from, _)| *from <= frame);
                 steps[next.saturating_sub(1)].1.clone()
@@ -81,7 +102,7 @@ impl Values {
         let rows = || {
             self.files
                 .iter()
-                .flat_map(|(_, rows)| rows.first().into_iter().chain(rows.last()))
+                .flat_map(|file| file.rows.first().into_iter().chain(file.rows.last()))
         };
         let first = rows().map(|row| row.frame).fold(f64::INFINITY, f64::min);
         let last = rows().map(|row| row.frame).fold(f64::NEG_INFINITY, f64::max);
@@ -110,12 +131,12 @@ impl Values {
     /// The names of the values of the camera, each with the file that has it.
     pub fn of_camera(&self) -> impl Iterator<Item = (&str, &PathBuf)> {
         let of_camera = self.columns.iter().filter(|column| column.entity == Entity::Camera);
-        of_camera.map(|column| (column.name.as_str(), &self.files[column.file].0))
+        of_camera.map(|column| (column.name.as_str(), &self.files[column.file].path))
     }
 
     /// The files of the tables.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
-        self.files.iter().map(|(path, _)| path.as_path())
+        self.files.iter().map(|file| file.path.as_path())
     }
 
     /// The files that cells name, each once.
@@ -150,6 +171,38 @@ impl Values {
         moved.filter_map(|column| column.entity.object()).collect()
     }
 
+    /// The nodes and materials of models that have values, by the indices of their objects.
+    pub fn edited_parts(&self) -> BTreeMap<usize, EditedParts> {
+        let mut edited: BTreeMap<usize, EditedParts> = BTreeMap::new();
+        for column in &self.columns {
+            if let (Some(object), Some(_)) = (column.entity.object(), part_of(&column.path)) {
+                PartsDesc::add_to(edited.entry(object).or_default(), &column.path);
+            }
+        }
+        edited
+    }
+
+    /// Checks the names of nodes and materials of models by `problem`, which finds that of a part of an object.
+    ///
+    /// # Errors
+    /// Names are unknown.
+    pub fn check_parts(
+        &self,
+        desc: &SceneDesc,
+        problem: impl Fn(usize, Part, &str, Span) -> Option<Problem>,
+    ) -> Result<(), Diagnostics> {
+        let mut overrides = desc.source.overrides.clone();
+        let mut problems = Vec::new();
+        for (at, column) in self.columns.iter().enumerate() {
+            let FileRows { path, header, .. } = &self.files[column.file];
+            overrides.set_cell(&format!("{}:{header}: {}", path.display(), column.name), &column.name);
+            if let (Some(object), Some((part, name))) = (column.entity.object(), part_of(&column.path)) {
+                problems.extend(problem(object, part, name, self.span(at)));
+            }
+        }
+        Diagnostics::new(&desc.source.clone().with(overrides), problems).map_or(Ok(()), Err)
+    }
+
     /// Whether the visibility of the background has values.
     pub fn hides_background(&self) -> bool {
         let hides = |column: &Column| column.entity == Entity::Background && column.path == ["visible"];
@@ -179,13 +232,13 @@ impl Values {
             .and_then(|span| span.start.checked_sub(OVERRIDES + self.fixed));
         match column.and_then(|column| self.columns.get(column)) {
             Some(column) => self.cell(column, frame),
-            None => format!("{}: frame {frame}", self.files[0].0.display()),
+            None => format!("{}: frame {frame}", self.files[0].path.display()),
         }
     }
 
     /// The place of the value of a column at a time: its last cell up to then.
     fn cell(&self, column: &Column, frame: f64) -> String {
-        let (path, rows) = &self.files[column.file];
+        let FileRows { path, rows, .. } = &self.files[column.file];
         let next = rows.partition_point(|row| row.frame <= frame).saturating_sub(1);
         let line = rows.get(next).map_or(1, |row| row.line);
         format!("{}:{line}: {}", path.display(), column.name)

@@ -152,11 +152,32 @@ fn widen(a: Affine3) -> DAffine3 {
 /// The affine map that scales first, then rotates about the fixed x, y and z axes in this order
 /// (`rotate`, degrees), then translates.
 pub fn from_parts(translate: DVec3, rotate: DVec3, scale: DVec3) -> DAffine3 {
-    let rotation = axis_rotation(2, rotate.z) * axis_rotation(1, rotate.y) * axis_rotation(0, rotate.x);
     DAffine3 {
-        matrix3: rotation * DMat3::from_diagonal(scale),
+        matrix3: rotation(rotate) * DMat3::from_diagonal(scale),
         translation: translate,
     }
+}
+
+/// The rotation about the fixed x, y and z axes in this order by these angles (degrees).
+pub fn rotation(angles: DVec3) -> DMat3 {
+    axis_rotation(2, angles.z) * axis_rotation(1, angles.y) * axis_rotation(0, angles.x)
+}
+
+/// The angles (degrees) from which [`rotation`] makes this one. Of a turn of y by 90 degrees, where x and z are about the same
+/// axis, z is 0.
+pub fn angles(rotation: DMat3) -> DVec3 {
+    let [x, y, z] = rotation.to_cols_array_2d();
+    let across = (x[0] * x[0] + x[1] * x[1]).sqrt();
+    let radians = if across > 1e-12 {
+        [
+            libm::atan2(y[2], z[2]),
+            libm::atan2(-x[2], across),
+            libm::atan2(x[1], x[0]),
+        ]
+    } else {
+        [libm::atan2(-z[1], y[1]), libm::atan2(-x[2], across), 0.0]
+    };
+    DVec3::from_array(radians.map(f64::to_degrees))
 }
 
 /// The affine map of 16 numbers, row by row, for column vectors; `None` for a last row that is not 0

@@ -14,6 +14,7 @@ mod kinds;
 mod names;
 mod number;
 mod shown;
+mod unique;
 
 pub use color::{Channel, ColorSource, RgbFactor, ScalarSource};
 pub use exposure::Exposure;
@@ -21,6 +22,7 @@ pub use kinds::{kind_or_name, name};
 pub use names::{UnknownName, one_of, unknown_name};
 pub use number::{Coordinate, Count, Direction, Finite, NonNegative, OneOrEach, Point, Positive, UnitInterval, number};
 pub use shown::{one_line, visible};
+pub use unique::unique_names;
 
 /// Byte offsets into a scene file.
 pub type Span = Range<usize>;

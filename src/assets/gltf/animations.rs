@@ -20,7 +20,7 @@ use crate::{
         motion::{CameraProperty, Channel, Clip, LightProperty, MaterialProperty, ModelClip, Target},
     },
     math::keys::{KeyInterp, Keys},
-    value::{UnknownName, one_line},
+    value::{UnknownName, one_line, unique_names},
 };
 
 /// A channel of an animation that is played.
@@ -73,19 +73,14 @@ fn channels(animation: &Value) -> impl Iterator<Item = RawChannel<'_>> {
     })
 }
 
-/// The names of all animations: each its own, else its number.
+/// The names of all animations.
 fn names(animations: &[Value]) -> Vec<String> {
-    let mut names: Vec<String> = Vec::new();
-    for (number, animation) in animations.iter().enumerate() {
-        let name = match animation.get("name").and_then(Value::as_str) {
-            None | Some("") => number.to_string(),
-            Some(name) => name.to_owned(),
-        };
-        let others = (2..).map(|count| format!("{name}#{count}"));
-        let mut candidates = std::iter::once(name.clone()).chain(others);
-        names.extend(candidates.find(|name| !names.contains(name)));
-    }
-    names
+    let own = |animation: &Value| animation.get("name").and_then(Value::as_str).map(str::to_owned);
+    let own: Vec<String> = animations
+        .iter()
+        .map(|animation| own(animation).unwrap_or_default())
+        .collect();
+    unique_names(own.iter().map(String::as_str))
 }
 
 /// Adds all animations of a document to `model`; returns those that are played.

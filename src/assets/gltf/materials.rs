@@ -24,7 +24,7 @@ use crate::{
     },
     math::Rgb,
     texture::{Color, Scalar, TextureId, bitmap::ColorSpace},
-    value::Channel,
+    value::{Channel, unique_names},
 };
 
 /// An index of refraction with nearly total reflection at normal incidence.
@@ -44,6 +44,12 @@ fn raw<'a>(document: &'a Document<'_>, material: Option<usize>) -> Result<&'a Va
     };
     get(&document.root.materials, index, "material")?;
     Ok(&document.raw["materials"][index])
+}
+
+/// The unique names of all materials.
+pub(super) fn names(document: &Document<'_>) -> Vec<String> {
+    let materials = document.root.materials.iter();
+    unique_names(materials.map(|material| material.name.as_deref().unwrap_or_default()))
 }
 
 /// The sets of texture coordinates that a material reads.

@@ -37,7 +37,7 @@ use super::{
 use document::{Document, get};
 use error::GltfProblem;
 use glam::DAffine3;
-use moving::Moving;
+use moving::{EditedNumbers, Moving};
 use nodes::PlacedNode;
 use pose::{Pose, PrimitiveUse};
 use variants::Variants;
@@ -99,7 +99,10 @@ fn read(bytes: &[u8], path: &Path, choice: &ModelChoice, files: &Files) -> Resul
     let lights = lights::Lights::new(&document, choice.light_units);
     let played = animations::read(&document, choice.animation.as_ref(), lights.divisor(), &mut model)?;
     animations::check(&document, &played)?;
-    let moving = Moving::new(&placed, &played);
+    model.material_names = Some(materials::names(&document));
+    let edited = EditedNumbers::new(&choice.edited, &model);
+    let hidden = hierarchy.hidden(&document);
+    let moving = Moving::new(&placed, &played, &edited);
     let pose = Pose::new(&document, &placed, &moving);
     let mut motion = Motion::default();
     for (
@@ -111,7 +114,7 @@ fn read(bytes: &[u8], path: &Path, choice: &ModelChoice, files: &Files) -> Resul
         },
     ) in placed.iter().enumerate()
     {
-        if !hierarchy.is_visible(&document, index) {
+        if !hierarchy.may_be_visible(&hidden, &edited, index) {
             continue;
         }
         let node = &root.nodes[index];
@@ -141,6 +144,9 @@ fn read(bytes: &[u8], path: &Path, choice: &ModelChoice, files: &Files) -> Resul
                             node: at,
                             node_from_mesh: *copy,
                         });
+                    }
+                    if moving.switches(at) {
+                        motion.switched.push((model.instances.len(), at));
                     }
                     // Many nodes may share a mesh of many primitives.
                     document.reserve(size_of::<MeshInstance>() as u64)?;
@@ -188,11 +194,18 @@ fn read(bytes: &[u8], path: &Path, choice: &ModelChoice, files: &Files) -> Resul
     if choice.lights == Some(true) && !model.lights.is_empty() {
         tracing::info!("{}: {}", path.display(), lights.treatment());
     }
-    if !played.is_empty() {
-        let (motions, places) = materials.motions(&document, animations::materials(&played), &model);
+    if !played.is_empty() || !edited.is_empty() {
+        let mut changed = animations::materials(&played);
+        changed.extend(edited.materials.iter().map(|(number, _)| *number));
+        let (motions, places) = materials.motions(&document, changed, &model);
         motion.materials = motions;
+        motion.named_nodes = moving.named_nodes(&edited);
+        let named = edited.materials.iter();
+        motion.named_materials = named
+            .filter_map(|(number, name)| Some((name.clone(), *places.get(number)?)))
+            .collect();
         motion.meshes = meshes.motions;
-        motion.nodes = moving.nodes(&document, &placed, &played);
+        motion.nodes = moving.nodes(&document, &placed, (&played, &edited), &hidden);
         motion.skins = pose.into_skins();
         motion.clips = (played.into_iter())
             .map(|clip| clip.shown(|moved| moving.target(moved, &places)))

@@ -1,27 +1,73 @@
-//! The nodes, meshes, lights, cameras and materials that the played animations of a document move.
+//! The nodes, meshes, lights, cameras and materials that the played animations of a document and values move.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeSet, HashMap, HashSet};
 
 use super::{
     animations::Played,
     document::Document,
     nodes::{self, PlacedNode},
 };
-use crate::assets::motion::{MotionNode, Target};
+use crate::assets::{
+    model::Model,
+    motion::{EditedParts, MotionNode, Target},
+};
 
-/// The nodes and meshes that the played animations move.
+/// The nodes and materials of a document of which values replace some, by their numbers.
+#[derive(Default)]
+pub(super) struct EditedNumbers {
+    /// The nodes by their names.
+    nodes: HashMap<String, usize>,
+    moved: HashSet<usize>,
+    switched: HashSet<usize>,
+    /// The materials with their names.
+    pub materials: Vec<(usize, String)>,
+}
+
+impl EditedNumbers {
+    /// The numbers of these parts of `model`, which has the names of all nodes and materials. Others are left out.
+    pub fn new(edited: &EditedParts, model: &Model) -> Self {
+        let mut numbers = Self::default();
+        if edited.is_empty() {
+            return numbers;
+        }
+        for (number, name) in model.names_of_nodes().into_iter().enumerate() {
+            let (is_moved, is_switched) = (edited.moved.contains(&name), edited.switched.contains(&name));
+            numbers.moved.extend(is_moved.then_some(number));
+            numbers.switched.extend(is_switched.then_some(number));
+            if is_moved || is_switched {
+                numbers.nodes.insert(name, number);
+            }
+        }
+        let materials = model.names_of_materials().into_iter().enumerate();
+        numbers.materials = materials.filter(|(_, name)| edited.materials.contains(name)).collect();
+        numbers
+    }
+
+    pub fn is_empty(&self) -> bool {
+        self.nodes.is_empty() && self.materials.is_empty()
+    }
+
+    /// Whether a node appears and vanishes by itself.
+    pub fn switches(&self, node: usize) -> bool {
+        self.switched.contains(&node)
+    }
+}
+
+/// The nodes and meshes that the played animations and values move.
 #[derive(Default)]
 pub(super) struct Moving {
     /// The place of each node of the document among the placed ones.
     places: HashMap<usize, usize>,
     /// Whether each placed node moves, by itself or with those above it.
     moves: Vec<bool>,
+    /// Whether each placed node may vanish, by itself or with those above it.
+    switches: Vec<bool>,
     /// The nodes and the meshes of the document whose weights are animated.
     weighted: (HashSet<usize>, HashSet<usize>),
 }
 
 impl Moving {
-    pub fn new(placed: &[PlacedNode], played: &[Played]) -> Self {
+    pub fn new(placed: &[PlacedNode], played: &[Played], edited: &EditedNumbers) -> Self {
         let mut moving = Self {
             places: placed
                 .iter()
@@ -30,7 +76,7 @@ impl Moving {
                 .collect(),
             ..Self::default()
         };
-        let mut own = HashSet::new();
+        let mut own = edited.moved.clone();
         for channel in played.iter().flat_map(|clip| &clip.channels) {
             match channel.moved {
                 Target::Translation(node) | Target::Rotation(node) | Target::Scale(node) => {
@@ -46,8 +92,10 @@ impl Moving {
             }
         }
         for node in placed {
-            let above = node.parent.is_some_and(|parent| moving.moves[parent]);
-            moving.moves.push(above || own.contains(&node.index));
+            let above = |of: &[bool]| node.parent.is_some_and(|parent| of[parent]);
+            let (moves, switches) = (above(&moving.moves), above(&moving.switches));
+            moving.moves.push(moves || own.contains(&node.index));
+            moving.switches.push(switches || edited.switches(node.index));
         }
         moving
     }
@@ -62,24 +110,44 @@ impl Moving {
         self.moves[place]
     }
 
+    /// Whether a placed node may vanish.
+    pub fn switches(&self, place: usize) -> bool {
+        self.switches[place]
+    }
+
+    /// The places of the nodes that values replace, by their names.
+    pub fn named_nodes(&self, edited: &EditedNumbers) -> HashMap<String, usize> {
+        let named = edited.nodes.iter();
+        named
+            .filter_map(|(name, node)| Some((name.clone(), self.place_of(*node)?)))
+            .collect()
+    }
+
     /// Whether the weights of a mesh at a node are animated, where `has_own` tells whether those at rest are the node's own.
     pub fn is_weighted(&self, node: usize, mesh: usize, has_own: bool) -> bool {
         let (nodes, meshes) = &self.weighted;
         nodes.contains(&node) || !has_own && meshes.contains(&mesh)
     }
 
-    /// The nodes of the motion.
-    pub fn nodes(&self, document: &Document<'_>, placed: &[PlacedNode], played: &[Played]) -> Vec<MotionNode> {
+    /// The nodes of the motion. `hidden` are the nodes of the document that are not visible at rest.
+    pub fn nodes(
+        &self,
+        document: &Document<'_>,
+        placed: &[PlacedNode],
+        (played, edited): (&[Played], &EditedNumbers),
+        hidden: &BTreeSet<usize>,
+    ) -> Vec<MotionNode> {
         let channels = played.iter().flat_map(|clip| &clip.channels);
         let replaced = channels.filter_map(|channel| match channel.moved {
             Target::Translation(node) | Target::Rotation(node) | Target::Scale(node) => Some(node),
             _ => None,
         });
-        let replaced: HashSet<usize> = replaced.collect();
+        let replaced: HashSet<usize> = replaced.chain(edited.moved.iter().copied()).collect();
         let node = |node: &PlacedNode| MotionNode {
             parent: node.parent,
             parent_from_node: node.parent_from_node,
             animated: (replaced.contains(&node.index)).then(|| nodes::parts(&document.raw["nodes"][node.index])),
+            visible: !hidden.contains(&node.index),
         };
         placed.iter().map(node).collect()
     }

@@ -1,5 +1,7 @@
 //! Nodes: the tree is checked, then walked without recursion.
 
+use std::collections::BTreeSet;
+
 use ::gltf::json::{Value, scene::Node};
 use glam::{DAffine3, DMat4, DQuat, DVec3};
 
@@ -7,6 +9,7 @@ use super::{
     document::{Document, get},
     error::GltfProblem,
     json::doubles,
+    moving::EditedNumbers,
 };
 use crate::{
     assets::{
@@ -50,13 +53,19 @@ impl<'a> Hierarchy<'a> {
         self.nodes.iter().zip(&self.parents).map(named).collect()
     }
 
-    /// Whether a node and all nodes above it are visible, by KHR_node_visibility.
-    pub fn is_visible(&self, document: &Document<'_>, node: usize) -> bool {
-        let line = std::iter::successors(Some(node), |n| self.parents[*n]);
-        line.into_iter().all(|node| {
+    /// The nodes that KHR_node_visibility hides.
+    pub fn hidden(&self, document: &Document<'_>) -> BTreeSet<usize> {
+        let is_hidden = |node: &usize| {
             let path = format!("/nodes/{node}/extensions/KHR_node_visibility/visible");
-            document.raw.pointer(&path).and_then(Value::as_bool).unwrap_or(true)
-        })
+            document.raw.pointer(&path).and_then(Value::as_bool) == Some(false)
+        };
+        (0..self.nodes.len()).filter(is_hidden).collect()
+    }
+
+    /// Whether a node and all nodes above it are visible, where these are `hidden`, or may become so.
+    pub fn may_be_visible(&self, hidden: &BTreeSet<usize>, edited: &EditedNumbers, node: usize) -> bool {
+        let mut line = std::iter::successors(Some(node), |n| self.parents[*n]);
+        line.all(|node| !hidden.contains(&node) || edited.switches(node))
     }
 
     /// The nodes of the document's scene, parents first.

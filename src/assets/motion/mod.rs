@@ -3,9 +3,11 @@
 //! A model keeps its animations with everything that they move, so a pose costs no parsing. A pose depends on the time alone.
 
 mod deform;
+mod edits;
+mod factors;
 mod looks;
 
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 use glam::{DAffine3, DQuat, DVec3};
 
@@ -13,7 +15,9 @@ use super::views::{ModelCamera, ModelLight};
 use crate::{material::principled::Principled, math::keys::Keys, shape::mesh::Playback};
 
 pub use deform::{Deform, Influences, MeshShape, MorphTarget};
-pub use looks::{CameraProperty, LightParameters, LightProperty, LightShape, MaterialMotion, MaterialProperty};
+pub use edits::{EditedParts, FactorEdit, ModelEdits, NewNumbers, NewRotation, NodeEdit};
+pub use factors::{Factor, FactorRange, MaterialMotion, MaterialProperty};
+pub use looks::{CameraProperty, LightParameters, LightProperty, LightShape};
 
 /// An animation of a model file.
 #[derive(Clone, Debug, PartialEq)]
@@ -35,6 +39,12 @@ pub struct Trs {
 }
 
 impl Trs {
+    pub const IDENTITY: Self = Self {
+        translation: DVec3::ZERO,
+        rotation: DQuat::IDENTITY,
+        scale: DVec3::ONE,
+    };
+
     pub fn affine(&self) -> DAffine3 {
         DAffine3::from_scale_rotation_translation(self.scale, self.rotation, self.translation)
     }
@@ -47,8 +57,10 @@ pub struct MotionNode {
     pub parent: Option<usize>,
     /// The transform at rest.
     pub parent_from_node: DAffine3,
-    /// The parts of that transform, if an animation replaces one of them.
+    /// The parts of that transform, if an animation or a value replaces one of them.
     pub animated: Option<Trs>,
+    /// Whether it is visible at rest, if those above it are.
+    pub visible: bool,
 }
 
 /// The target of a channel. Nodes and materials are indices into [`Motion::nodes`] and [`Motion::materials`]; meshes, lights and
@@ -122,7 +134,7 @@ pub struct Carried<T> {
     pub at_rest: T,
 }
 
-/// The motion of a model by the animations that are played.
+/// The motion of a model by the animations that are played, and by the values that replace its own.
 #[derive(Clone, Debug, Default)]
 pub struct Motion {
     /// The nodes of the shown scene, parents first.
@@ -136,6 +148,11 @@ pub struct Motion {
     /// One for each of the model's lights.
     pub lights: Vec<Carried<LightParameters>>,
     pub materials: Vec<MaterialMotion>,
+    /// The parts that may vanish, each with its node.
+    pub switched: Vec<(usize, usize)>,
+    /// The nodes and the materials that values replace, by their names.
+    pub named_nodes: HashMap<String, usize>,
+    pub named_materials: HashMap<String, usize>,
 }
 
 /// The pose of a model at a time: all that differs from its rest pose.
@@ -149,6 +166,8 @@ pub struct ModelPose {
     pub lights: Vec<ModelLight>,
     /// New surfaces of materials, by their indices into [`Model::materials`](super::model::Model::materials).
     pub materials: Vec<(usize, Principled)>,
+    /// The parts that are not visible.
+    pub hidden: HashSet<usize>,
 }
 
 /// The numbers of all channels at a time.
@@ -158,6 +177,7 @@ struct Animated<'a> {
     node_weights: HashMap<usize, Vec<f32>>,
     mesh_weights: HashMap<usize, Vec<f32>>,
     model_from_node: Vec<DAffine3>,
+    visible: Vec<bool>,
 }
 
 impl Motion {
@@ -194,13 +214,14 @@ impl Motion {
         timed.flat_map(|(clip, time)| clip.channels.iter().map(move |channel| (channel, time)))
     }
 
-    fn animated(&self, playback: &Playback, time: f64) -> Animated<'_> {
+    fn animated(&self, playback: &Playback, edits: &ModelEdits, time: f64) -> Animated<'_> {
         let mut animated = Animated {
             motion: self,
             nodes: self.nodes.iter().map(|node| node.animated).collect(),
             node_weights: HashMap::new(),
             mesh_weights: HashMap::new(),
             model_from_node: Vec::with_capacity(self.nodes.len()),
+            visible: self.nodes.iter().map(|node| node.visible).collect(),
         };
         for (Channel { target, keys }, time) in self.channels(playback, time) {
             let vector = || DVec3::from_array(keys.array(time));
@@ -219,6 +240,15 @@ impl Motion {
                 Target::Material(..) | Target::Light(..) | Target::Camera(..) => {}
             }
         }
+        for (node, edit) in &edits.nodes {
+            if let (Some(trs), Some(rest)) = (&mut animated.nodes[*node], &self.nodes[*node].animated) {
+                edit.apply(trs, rest);
+            }
+            animated.visible[*node] = edit.visible.unwrap_or(animated.visible[*node]);
+        }
+        for (at, node) in self.nodes.iter().enumerate() {
+            animated.visible[at] &= node.parent.is_none_or(|parent| animated.visible[parent]);
+        }
         for (node, trs) in self.nodes.iter().zip(&animated.nodes) {
             let own = trs.as_ref().map_or(node.parent_from_node, Trs::affine);
             let parent = node.parent.map(|parent| animated.model_from_node[parent]);
@@ -227,12 +257,14 @@ impl Motion {
         animated
     }
 
-    /// The pose at `time`, in s.
-    pub fn pose(&self, playback: &Playback, time: f64) -> ModelPose {
-        let animated = self.animated(playback, time);
+    /// The pose at `time`, in s. Where `edits` and an animation give the same, `edits` counts.
+    pub fn pose(&self, playback: &Playback, edits: &ModelEdits, time: f64) -> ModelPose {
+        let animated = self.animated(playback, edits, time);
+        let is_hidden = |(_, node): &&(usize, usize)| !animated.visible[*node];
         let mut pose = ModelPose {
             parts: self.parts.iter().map(|part| animated.part(part)).collect(),
             meshes: self.meshes.iter().map(|mesh| animated.mesh(mesh)).collect(),
+            hidden: self.switched.iter().filter(is_hidden).map(|(part, _)| *part).collect(),
             ..ModelPose::default()
         };
         let mut materials: Vec<MaterialMotion> = self.materials.clone();
@@ -240,7 +272,7 @@ impl Motion {
         let mut cameras: Vec<Carried<ModelCamera>> = self.cameras.clone();
         for (Channel { target, keys }, time) in self.channels(playback, time) {
             match *target {
-                Target::Material(material, property) => materials[material].set(property, keys, time),
+                Target::Material(material, property) => materials[material].animate(property, keys, time),
                 Target::Light(source, property) => {
                     let lights = lights.iter_mut().filter(|light| light.source == source);
                     lights.for_each(|light| light.at_rest.set(property, keys, time));
@@ -250,6 +282,14 @@ impl Motion {
                     cameras.for_each(|camera| property.set(&mut camera.at_rest.view, keys, time));
                 }
                 _ => {}
+            }
+        }
+        for (material, FactorEdit { factor, numbers }) in &edits.materials {
+            materials[*material].set(factor, *numbers);
+        }
+        for light in &mut lights {
+            if !animated.visible[light.node] {
+                light.at_rest.intensity = 0.0;
             }
         }
         let place = |node: usize| animated.model_from_node[node];

@@ -201,6 +201,7 @@ fn a_file_that_a_cell_names_is_there_or_is_told_with_the_cell() {
 }
 
 mod animations;
+mod parts;
 
 #[test]
 fn a_scene_that_others_have_stays_and_the_next_one_equals_that_of_its_time() {

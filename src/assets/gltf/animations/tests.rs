@@ -7,6 +7,7 @@ use crate::{
         Files,
         gltf::{parse, samples::glb},
         model::{AnimationChoice, Model, ModelChoice, ModelFeature, ModelLightKind, ModelView},
+        motion::ModelEdits,
     },
     math::{Rgb, Vec3},
     shape::mesh::Playback,
@@ -23,7 +24,11 @@ fn load(bytes: &[u8], names: &[&str]) -> Result<Model, String> {
 }
 
 fn at(model: &Model, time: f64) -> Model {
-    model.posed(model.pose(&Playback::default(), time).expect("it is animated"))
+    model.posed(
+        model
+            .pose(&Playback::default(), &ModelEdits::default(), time)
+            .expect("it is animated"),
+    )
 }
 
 const TRIANGLE: (usize, &[f32]) = (3, &[0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0, 0.0]);

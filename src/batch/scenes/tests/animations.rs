@@ -12,7 +12,7 @@ const MOVES: [f32; 9] = [0.0, 0.0, 0.0, 0.6, 0.9, 0.0, -0.4, 0.3, 0.5];
 const TURNS: [f32; 12] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.6, 0.0, 0.8, 0.0, 0.0, 1.0, 0.2];
 
 /// A model whose nodes are a lamp, a thing with a child of the same mesh, a skin with its bones, a morph, and a light.
-fn model(animation: &str) -> Vec<u8> {
+pub(super) fn model(animation: &str) -> Vec<u8> {
     let scales = |middle: f32| [[1.0; 3], [middle; 3], [1.5, 1.0, 1.0]].concat();
     let (vanishing, mirrored) = (scales(0.0), [[1.0; 3], [-1.0, 1.0, 1.0], [1.0; 3]].concat());
     let arrays: [(usize, &[f32]); 12] = [
@@ -49,7 +49,7 @@ fn model(animation: &str) -> Vec<u8> {
 }
 
 /// An animation of these targets by these accessors.
-fn animation(channels: &[(&str, usize)]) -> String {
+pub(super) fn animation(channels: &[(&str, usize)]) -> String {
     let channel = |(i, (pointer, _)): (usize, &(&str, usize))| {
         let parts: Vec<&str> = pointer.split('/').collect();
         match parts[..] {
