@@ -10,6 +10,7 @@ use super::{
     CameraRig, Existing, InputHash, Inventory, JobEvent, Observer, Plan, PlannedFrame, Request, SceneFigures, Scenes,
     Stale, Summary, Survey,
     frame_scenes::{Failed, ScenesOfFrame},
+    plan::{cameras::fps, values::tables},
     products::{denoise, denoised, targets},
     resume::checkpoint,
     resume::job_lock::JobLock,
@@ -49,23 +50,29 @@ impl Job {
     /// Reads the scene at `path`, a scene file or a model, and the camera path, and makes the plan for `request`.
     pub fn open(path: &Path, request: &Request) -> Result<Self, Error> {
         let store = store(request);
-        let (desc, run) = if is_model(path) {
+        if is_model(path) {
+            let tables = tables(None, request, store.files())?;
             let options = ModelOptions {
                 overrides: &request.overrides,
+                tables: &tables,
+                fps: fps(request),
                 camera: request.camera.as_deref(),
                 variant: request.variant.as_deref(),
                 light_units: request.light_units.unwrap_or_default(),
                 animation: request.animation.as_ref(),
                 point_radius: request.point_radius,
             };
-            default_scene::describe(path, options, &store).map_err(|error| match error {
+            let (desc, run) = default_scene::describe(path, options, &store).map_err(|error| match error {
                 // Flags made the choice.
                 compile::Error::Assets(errors) if errors.iter().any(AssetError::is_choice) => {
                     Error::Usage(compile::Error::Assets(errors).to_string())
                 }
                 error => error.into(),
-            })?
-        } else {
+            })?;
+            let plan = Plan::with_run(&desc, request, store.files(), (&tables, run.as_ref()))?;
+            return Ok(Self::planned(store, desc, plan));
+        }
+        let desc = {
             if request.camera.is_some() {
                 return Err(Error::CameraOfSceneFile);
             }
@@ -90,10 +97,10 @@ impl Job {
                     let path = path.to_owned();
                     return Err(compile::Error::Assets(vec![AssetError::UnknownModel { path }]).into());
                 }
-                read => (read?, None),
+                read => read?,
             }
         };
-        let plan = Plan::with_run(&desc, request, store.files(), run.as_ref())?;
+        let plan = Plan::new(&desc, request, store.files())?;
         Ok(Self::planned(store, desc, plan))
     }
 

@@ -17,7 +17,7 @@ pub(super) mod request;
 pub(super) mod rig;
 pub(super) mod time_limit;
 pub(super) mod turntable;
-mod values;
+pub(super) mod values;
 
 use std::{path::PathBuf, sync::Arc};
 
@@ -29,7 +29,7 @@ use crate::{
     assets::Files,
     camera::FrameCamera,
     compile::{self, default_scene::ModelRun},
-    describe::{SceneDesc, Values},
+    describe::{SceneDesc, ValueFile, Values},
     error::Error,
     film::Film,
     math::DVec3,
@@ -111,20 +111,22 @@ pub struct FilePlan {
 impl Plan {
     /// Decides what `request` means for the scene `desc`, which has its overrides, and reads the camera path by way of `inputs`.
     pub fn new(desc: &SceneDesc, request: &Request, inputs: &Files) -> Result<Self, Error> {
-        Self::with_run(desc, request, inputs, None)
+        let of_scene = desc.values.as_ref().map(|file| desc.folder().join(file.get_ref()));
+        let tables = values::tables(of_scene, request, inputs)?;
+        Self::with_run(desc, request, inputs, (&tables, None))
     }
 
-    /// Does the same for a model by itself that plays animations.
+    /// Does the same for a model by itself and its motion, with these tables.
     pub(super) fn with_run(
         desc: &SceneDesc,
         request: &Request,
         inputs: &Files,
-        run: Option<&ModelRun>,
+        (tables, run): (&[ValueFile], Option<&ModelRun>),
     ) -> Result<Self, Error> {
         let patterns = Patterns::new(desc, request)?;
         let mut picture = PicturePlan::new(desc, request, &patterns.rendered)?;
         let files = FilePlan::new(desc, request, &picture, &patterns)?;
-        let values = values::values(desc, request, inputs)?;
+        let values = values::values(desc, tables)?;
         let chooses = |path: &[String]| path.iter().any(|key| key == "animation");
         let plays =
             compile::plays_animations(desc) || values.iter().any(|values| values.keys().any(|(_, path)| chooses(path)));

@@ -5,7 +5,7 @@ use std::{collections::BTreeSet, sync::Arc};
 use crate::{
     accel::BuildOptions,
     assets::{MemoryKind, Store},
-    compile::{self, Change, LoadOptions, Refresher, SceneMotion},
+    compile::{self, Change, LastPoses, LoadOptions, Refresher, SceneMotion},
     describe::{Entity, MovingDesc, PartsDesc, SceneDesc, Values},
     error::Error,
     math::DVec3,
@@ -35,6 +35,7 @@ struct Moving<'j> {
     values: Option<(&'j Values, MovingDesc<'j>)>,
     options: LoadOptions,
     refresher: Refresher,
+    last: LastPoses,
     /// The description of the scene that was sought last.
     desc: SceneDesc,
     state: State,
@@ -91,6 +92,7 @@ impl<'j> Scenes<'j> {
             source,
             options,
             refresher: Refresher::default(),
+            last: LastPoses::default(),
             state: State::Base,
         };
         Self {
@@ -186,6 +188,7 @@ impl Moving<'_> {
             store.files().memory().release(MemoryKind::Images);
             let (new, motion) = compile::moving_scene(&self.desc, self.source.accel, store, &self.options)?;
             (*shared, self.source.motion) = (Arc::new(new), Arc::new(motion));
+            self.last = LastPoses::default();
         }
         self.state = State::At(new);
         Ok(())
@@ -193,15 +196,16 @@ impl Moving<'_> {
 
     /// Plays the animations of models up to the time of the options. Returns whether that was possible; if not, the scene is to be
     /// compiled again.
-    fn play(&self, scene: &mut Scene) -> bool {
+    fn play(&mut self, scene: &mut Scene) -> bool {
         let motion = &self.source.motion;
         if motion.is_still() {
             return true;
         }
-        let Some((update, shading)) = motion.update(scene, &self.desc, self.options.time) else {
+        let Some((update, shading)) = motion.update(scene, &self.desc, self.options.time, &mut self.last) else {
             return false;
         };
-        scene.apply(&update).is_ok() && (shading.is_empty() || scene.reshade(shading).is_ok())
+        let has_moved = update.is_empty() || scene.apply(&update).is_ok();
+        has_moved && (shading.is_empty() || scene.reshade(shading).is_ok())
     }
 }
 

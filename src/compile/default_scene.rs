@@ -1,60 +1,54 @@
 //! The scene of a model file. Missing parts have defaults.
+//!
+//! A model by itself stands for a scene file with the model as its only object, a camera, and lights where the model has none. The
+//! file is written as text and read, so that values of a scene file have their names here as well.
 
-use std::{f64::consts::PI, path::Path, sync::Arc};
+mod camera;
 
-use glam::{DVec2, DVec3};
+use std::{path::Path, sync::Arc};
 
-use super::Error;
+use glam::DVec3;
+
+use self::camera::SuppliedCamera;
+use super::{
+    Error,
+    objects::world_from_object,
+    placed::{self, NO_PARTS},
+};
 use crate::{
     assets::{
-        AssetError, Store,
-        model::{LightUnits, Model, ModelCamera, ModelChoice, ModelView},
+        Store,
+        model::{LightUnits, Model, ModelChoice},
         motion::{EditedParts, ModelEdits},
         store::ModelRequest,
     },
-    camera::{
-        CameraDesc,
-        orthographic::OrthographicDesc,
-        perspective::{FovDegrees, PerspectiveDesc},
-    },
-    describe::{self, BackgroundDesc, LightEntry, ObjectDesc, Overrides, PartsDesc, SceneDesc, Source},
-    light::{LightDesc, sun::SunDesc},
-    math::{Aabb, DAabb, Rgb, Vec3, origin},
-    shape::{
-        ShapeDesc,
-        mesh::{AnimationChoice, MeshDesc, Playback, Repeat},
-    },
-    value::{Direction, NonNegative, Point, Positive, RgbFactor, Spanned, one_line},
-    warnings::{WarningKind, Warnings},
+    camera::CameraDesc,
+    describe::{self, Diagnostics, MovingDesc, ObjectDesc, Overrides, PartsDesc, SceneDesc, Source, ValueFile, Values},
+    math::{DAabb, DAffine3, origin},
+    shape::mesh::{AnimationChoice, Playback},
+    value::Problem,
+    warnings::WarningKind,
 };
 
-/// The vertical field of view of the default camera, in degrees.
-const FOV: f64 = 35.0;
-/// The direction of the default camera from the model: right, above and in front, a three-quarter view.
-const FROM: DVec3 = DVec3::new(0.6, 0.36, 1.0);
-/// The width of the picture relative to the model.
-const MARGIN: f64 = 1.08;
-
-/// The number of steps of a run at whose ends its bounds are computed.
+/// The number of steps of a run, and of a table, at whose ends the bounds are computed.
 const RUN_SAMPLES: u32 = 64;
 
-/// The direction of the sun's light, over the left shoulder of that camera.
-const SUN: Vec3 = Vec3::new(0.35, -1.0, -0.75);
-const SUN_IRRADIANCE: f32 = 2.2;
-/// The angular diameter of the real sun, in degrees.
-const SUN_ANGLE: f32 = 0.53;
-/// The radiance of the constant sky. With the sun it makes a white surface about 0.9 bright.
-const BACKGROUND: f32 = 0.25;
-
-fn unspanned<T>(value: T) -> Spanned<T> {
-    Spanned::new(0..0, value)
-}
+/// The sun's light comes over the left shoulder of the default camera. Its angular diameter is that of the real sun. With the sky it
+/// makes a white surface about 0.9 bright.
+const DAYLIGHT: &str = "[background]\ncolor = 0.25\n\
+                        [[light]]\nsun = { direction = [0.35, -1, -0.75], irradiance = 2.2, angle = 0.53 }\n";
+/// A file with lights gets no others.
+const NO_DAYLIGHT: &str = "[background]\ncolor = 0\n";
 
 /// The choices about a model that is the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct ModelOptions<'a> {
     /// Values for keys of the scene file that there might be.
     pub overrides: &'a Overrides,
+    /// The tables of values of such keys.
+    pub tables: &'a [ValueFile],
+    /// The frames of a second.
+    pub fps: f64,
     /// The name of a camera of the file; `None` for the first.
     pub camera: Option<&'a str>,
     /// The name of a material variant; `None` for the default materials.
@@ -67,10 +61,10 @@ pub struct ModelOptions<'a> {
     pub point_radius: Option<f32>,
 }
 
-/// One run of the animations that a model by itself plays.
+/// The motion of a model by itself.
 pub struct ModelRun {
-    /// The time of the last key, in s.
-    pub end: f64,
+    /// The time of the last key of its animations, in s; `None` if it plays none.
+    pub end: Option<f64>,
     /// The model with its camera that moves, and the centre of the model.
     camera: Option<(Arc<Model>, usize, DVec3)>,
 }
@@ -81,33 +75,143 @@ impl ModelRun {
         self.camera.is_some()
     }
 
-    /// The camera at `time`, in s, if it moves and is not degenerate then.
-    pub fn camera(&self, time: f64) -> Option<CameraDesc> {
+    /// The camera at `time`, in s, with these values of the model, if it moves and is not degenerate then.
+    pub fn camera(&self, time: f64, parts: &PartsDesc) -> Option<CameraDesc> {
         let (model, camera, center) = self.camera.as_ref()?;
-        let pose = model.pose(&Playback::default(), &ModelEdits::default(), time)?;
-        own_camera(&pose.cameras[*camera], *center)
+        let pose = model.pose(&Playback::default(), &placed::edits(parts, model), time)?;
+        Some(camera::own(&pose.cameras[*camera], *center)?.desc())
     }
 }
 
-/// The bounds of a model in all poses of its run, or at rest.
-fn bounds_of_run(model: &Model) -> DAabb {
-    let Some(motion) = &model.motion else {
-        return model.bounds();
-    };
-    let at = |i: u32| {
-        let time = f64::from(motion.end()) * f64::from(i) / f64::from(RUN_SAMPLES);
-        model
-            .posed(motion.pose(&Playback::default(), &ModelEdits::default(), time))
-            .bounds()
-    };
-    (0..=RUN_SAMPLES).map(at).fold(DAabb::EMPTY, DAabb::union)
+/// The scene file of a model.
+struct SuppliedScene<'a> {
+    path: &'a Path,
+    options: ModelOptions<'a>,
+    is_lit: bool,
+    has_object: bool,
 }
 
-/// The scene of the model at `path`, and the run of its animations, if it plays any.
+impl SuppliedScene<'_> {
+    fn text(&self, camera: &SuppliedCamera) -> String {
+        let quoted = |text: &str| toml::Value::from(text).to_string();
+        let part = |part: Option<&std::ffi::OsStr>| quoted(&part.unwrap_or_default().to_string_lossy());
+        let mut text = if self.is_lit { NO_DAYLIGHT } else { DAYLIGHT }.to_owned();
+        if !self.replaces_camera(camera) {
+            text += &camera.toml();
+        }
+        if !self.has_object {
+            return text;
+        }
+        text += &format!(
+            "[[object]]\nname = {}\n[object.shape.mesh]\n",
+            part(self.path.file_stem())
+        );
+        let mut key = |name: &str, value: String| text += &format!("{name} = {value}\n");
+        key("file", part(self.path.file_name()));
+        key("lights", "true".to_owned());
+        key("light_units", quoted(self.options.light_units.name()));
+        if let Some(variant) = self.options.variant {
+            key("variant", quoted(variant));
+        }
+        match self.options.animation {
+            None => {}
+            Some(AnimationChoice::All) => key("animation", quoted("all")),
+            Some(AnimationChoice::Named(names)) => key("animation", toml::Value::from(names.clone()).to_string()),
+        }
+        if let Some(radius) = self.options.point_radius {
+            key("radius", format!("{:?}", f64::from(radius)));
+        }
+        text
+    }
+
+    /// Whether overrides give a camera of another kind.
+    fn replaces_camera(&self, camera: &SuppliedCamera) -> bool {
+        let mut paths = self.options.overrides.paths();
+        paths.any(|(_, path)| match path {
+            [table, kind, ..] => table == "camera" && kind != camera.kind() && CameraDesc::NAMES.contains(&&kind[..]),
+            _ => false,
+        })
+    }
+
+    fn desc(&self, camera: &SuppliedCamera) -> Result<SceneDesc, Error> {
+        let source = Source::of_model(self.path.to_owned(), self.text(camera));
+        describe::parse(source.with(self.options.overrides.clone())).map_err(Error::Invalid)
+    }
+}
+
+/// The model at rest in a scene, at one time or another.
+struct Shown<'a> {
+    model: &'a Model,
+    desc: &'a SceneDesc,
+    values: Option<&'a Values>,
+    fps: f64,
+}
+
+impl Shown<'_> {
+    /// The bounds of the model in the world, in all poses of its run and of a table.
+    fn bounds(&self) -> DAabb {
+        let still = self.desc.objects.first();
+        let steps = |from: f64, to: f64| {
+            let step = move |i: u32| from + (to - from) * f64::from(i) / f64::from(RUN_SAMPLES);
+            (0..=RUN_SAMPLES).map(step)
+        };
+        let motion = self.model.motion.as_ref().filter(|motion| !motion.clips.is_empty());
+        let run = motion.map(|motion| f64::from(motion.end()));
+        match (self.values, run) {
+            (None, None) => self.at(0.0, still),
+            (None, Some(end)) => (steps(0.0, end).map(|time| self.at(time, still))).fold(DAabb::EMPTY, DAabb::union),
+            (Some(values), _) => {
+                let frames = values.frames();
+                let moving = MovingDesc::new(self.desc, values);
+                let at = |frame: f64| {
+                    let object = moving.object(0, frame);
+                    self.at(frame / self.fps, object.as_ref().or(still))
+                };
+                let of_table = steps(*frames.start() as f64, *frames.end() as f64).map(at);
+                let of_run = run.into_iter().flat_map(|end| steps(0.0, end * self.fps)).map(at);
+                of_table.chain(of_run).fold(DAabb::EMPTY, DAabb::union)
+            }
+        }
+    }
+
+    /// The bounds at a time, in s, with the values of `object`.
+    fn at(&self, time: f64, object: Option<&ObjectDesc>) -> DAabb {
+        let parts = object.map_or(ModelEdits::default(), |object| placed::edits(&object.parts, self.model));
+        let own = match self.model.pose(&Playback::default(), &parts, time) {
+            Some(pose) => self.model.posed(pose).bounds(),
+            None => self.model.bounds(),
+        };
+        let place = object.and_then(|object| world_from_object(object).ok());
+        match place {
+            Some(place) if place != DAffine3::IDENTITY => own.transformed(&place),
+            _ => own,
+        }
+    }
+}
+
+/// The scene of the model at `path`, and its motion, if it has one.
 pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result<(SceneDesc, Option<ModelRun>), Error> {
-    let source = Source::new(path.to_owned(), "").with(options.overrides.clone());
-    let desc = describe::parse(source).map_err(Error::Invalid)?;
-    let [width, height] = desc.render.resolution().map(f64::from);
+    let mut supplied = SuppliedScene {
+        path,
+        options,
+        is_lit: false,
+        has_object: true,
+    };
+    // The names of values tell which parts of the model are loaded so that they may change.
+    let unit = camera::framing(&DAabb::EMPTY, 1.0);
+    let first = supplied.desc(&unit)?;
+    let [width, height] = first.render.resolution().map(f64::from);
+    let aspect = width / height;
+    let mut edited: EditedParts = first
+        .objects
+        .first()
+        .map(|object| object.parts.edited())
+        .unwrap_or_default();
+    let columns = options.tables.iter().flat_map(|file| &file.table.columns);
+    edited.extend(&describe::edited_parts(
+        &first,
+        columns.map(|column| column.name.as_str()),
+    ));
     let model = store.model(&ModelRequest {
         path: path.to_owned(),
         choice: ModelChoice {
@@ -116,215 +220,80 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
             lights: Some(true),
             light_units: options.light_units,
             animation: options.animation.cloned(),
-            edited: EditedParts::default(),
+            edited,
         },
     })?;
-    let mut objects = Vec::new();
     if model.is_empty() {
         let path = path.display();
         let text = format!("the model has no triangles, there is nothing to see: {path}");
         store.warnings().add(WarningKind::EMPTY_MODEL, path, text);
-    } else {
-        objects.push(object(path, options));
+        supplied.has_object = false;
+        let names = first
+            .objects
+            .first()
+            .into_iter()
+            .flat_map(|object| object.parts.names());
+        let problems = names.map(|(_, _, span)| Problem::at(span, NO_PARTS)).collect();
+        Diagnostics::new(&first.source, problems).map_or(Ok(()), |found| Err(Error::Invalid(found)))?;
     }
-    let bounds = bounds_of_run(&model);
-    let origin = origin::of_box(&bounds).unwrap_or_default();
-    let near = bounds.relative_to(origin);
-    let center = origin + near.center().as_dvec3();
-    let chosen = chosen_camera(&model.cameras, options.camera, path, store.warnings())?;
-    let camera = chosen.and_then(|chosen| own_camera(&model.cameras[chosen], center));
+    supplied.is_lit = model.lights.iter().any(|light| !light.strength.is_black());
+    let desc = supplied.desc(&unit)?;
+    let shown = Shown {
+        model: &model,
+        desc: &desc,
+        values: None,
+        fps: options.fps,
+    };
+    let bounds = shown.bounds();
+    let center = center(&bounds);
+    let chosen = camera::chosen(&model.cameras, options.camera, path, store.warnings())?;
+    let parts = desc.objects.first().map(|object| &object.parts);
+    let edits = parts.map_or(ModelEdits::default(), |parts| placed::edits(parts, &model));
+    let cameras = match model.pose(&Playback::default(), &edits, 0.0) {
+        Some(pose) => pose.cameras,
+        None => model.cameras.clone(),
+    };
+    let own = chosen.and_then(|chosen| camera::own(&cameras[chosen], center));
+    let given = |(_, path): (&str, &[String])| path[0] == "camera" && path.get(1).is_none_or(|key| key != "shutter");
+    let is_given = options.overrides.paths().any(given);
     let moves = |camera: &usize| model.motion.as_ref().is_some_and(|motion| motion.moves_camera(*camera));
-    let moving = chosen
-        .filter(|_| desc.camera.is_none() && camera.is_some())
-        .filter(moves);
+    let moving = chosen.filter(|_| !is_given && own.is_some()).filter(moves);
     let run = model.motion.as_ref().map(|motion| ModelRun {
-        end: motion.end().into(),
+        end: (!motion.clips.is_empty()).then(|| motion.end().into()),
         camera: moving.map(|camera| (Arc::clone(&model), camera, center)),
     });
-    // A file with lights gets no others.
-    let is_lit = model.lights.iter().any(|light| !light.strength.is_black());
-    let desc = SceneDesc {
-        camera: desc.camera.or_else(|| {
-            let camera = camera.unwrap_or_else(|| framing(origin, &near, width / height));
-            Some(unspanned(camera))
-        }),
-        background: BackgroundDesc {
-            color: Some(RgbFactor(Rgb::gray(if is_lit { 0.0 } else { BACKGROUND }))),
-            ..BackgroundDesc::default()
-        },
-        objects,
-        lights: if is_lit { Vec::new() } else { vec![daylight()] },
-        ..desc
-    };
-    Ok((desc, run))
-}
-
-fn object(path: &Path, options: ModelOptions<'_>) -> ObjectDesc {
-    let name = |part: Option<&std::ffi::OsStr>| part.unwrap_or_default().to_string_lossy().into_owned();
-    ObjectDesc {
-        name: Some(unspanned(name(path.file_stem()))),
-        material: None,
-        shape: unspanned(ShapeDesc::Mesh(MeshDesc {
-            file: unspanned(name(path.file_name())),
-            scene: None,
-            variant: options.variant.map(str::to_owned),
-            lights: Some(true),
-            light_units: options.light_units,
-            animation: options.animation.cloned(),
-            start: None,
-            speed: None,
-            repeat: Repeat::Once,
-            radius: options.point_radius.map(Positive),
-        })),
-        transform: None,
-        visible: true,
-        group: None,
-        parts: PartsDesc::default(),
-    }
-}
-
-fn daylight() -> LightEntry {
-    LightEntry {
-        span: 0..0,
-        name: None,
-        group: None,
-        light: LightDesc::Sun(SunDesc {
-            direction: Direction(SUN.normalize()),
-            irradiance: RgbFactor(Rgb::gray(SUN_IRRADIANCE)),
-            angle: Some(unspanned(NonNegative(SUN_ANGLE))),
-        }),
-    }
-}
-
-/// A perspective camera at `eye` (m) with a vertical field of view in degrees.
-fn perspective(eye: DVec3, target: DVec3, up: DVec3, degrees: f64) -> CameraDesc {
-    CameraDesc::Perspective(PerspectiveDesc {
-        eye: Point::new(eye),
-        target: unspanned(Point::new(target)),
-        up: Point::new(up),
-        fov: Some(unspanned(FovDegrees(degrees))),
-        blades: None,
-        blade_rotation: None,
-        fov_x: None,
-        focal_length: None,
-        sensor_width: None,
-        sensor_fit: None,
-        sensor_height: None,
-        aperture_radius: None,
-        fstop: None,
-        focus_distance: None,
-        shift: None,
-    })
-}
-
-/// The default camera, which frames `bounds`, relative to `origin`.
-fn framing(origin: DVec3, bounds: &Aabb, aspect: f64) -> CameraDesc {
-    let bounds = if bounds.is_finite() {
-        *bounds
-    } else {
-        Aabb::from_points([Vec3::NEG_ONE, Vec3::ONE])
-    };
-    let center = bounds.center().as_dvec3();
-    let back = FROM.normalize();
-    let right = DVec3::Y.cross(back).normalize();
-    let up = back.cross(right);
-    let tan = DVec2::new(aspect, 1.0) * libm::tan(0.5 * FOV.to_radians()) / MARGIN;
-    // A corner at x to the right and z towards the camera is visible if |x| <= (distance - z) tan.
-    let distance = (0..8)
-        .map(|i| {
-            let corner = bounds.corner(i).as_dvec3() - center;
-            let (x, y, z) = (corner.dot(right).abs(), corner.dot(up).abs(), corner.dot(back));
-            z + (x / tan.x).max(y / tan.y)
-        })
-        .fold(0.0, f64::max);
-    // A model that is a single point has no size.
-    let distance = if distance > 0.0 { distance } else { 1.0 };
-    let [eye, target] = [center + back * distance, center].map(|p| origin + p.as_vec3().as_dvec3());
-    perspective(eye, target, DVec3::Y, FOV)
-}
-
-/// The index of the camera of this name, or of this number from 0. Without a name it is the first, with a warning if there are others.
-fn chosen_camera(
-    cameras: &[ModelCamera],
-    name: Option<&str>,
-    path: &Path,
-    warnings: &Warnings,
-) -> Result<Option<usize>, AssetError> {
-    let names = || {
-        let name = |(i, c): (usize, &ModelCamera)| match c.name.as_str() {
-            "" => i.to_string(),
-            name => format!("`{}`", one_line(name, 80)),
-        };
-        cameras.iter().enumerate().map(name).collect::<Vec<_>>().join(", ")
-    };
-    let Some(name) = name else {
-        if cameras.len() > 1 {
-            let (shown, names) = (path.display(), names());
-            let text =
-                format!("{shown}: there are several cameras ({names}), and the first is shown; --camera chooses one");
-            warnings.add_topic(WarningKind::CHOICE, "cameras", shown, text);
+    let camera = match own {
+        Some(own) => own,
+        None if options.tables.is_empty() => camera::framing(&bounds, aspect),
+        None => {
+            // A table may move the model; what is wrong with it is told by the plan.
+            let values = Values::new(&desc, options.tables).ok();
+            let shown = Shown {
+                values: values.as_ref(),
+                ..shown
+            };
+            camera::framing(&shown.bounds(), aspect)
         }
-        return Ok((!cameras.is_empty()).then_some(0));
     };
-    let by_number = || name.parse::<usize>().ok().filter(|number| *number < cameras.len());
-    let found = cameras.iter().position(|c| c.name == name).or_else(by_number);
-    found.map(Some).ok_or_else(|| AssetError::NoCamera {
-        name: one_line(name, 80).into_owned(),
-        known: if cameras.is_empty() { "none".to_owned() } else { names() },
-        path: path.to_owned(),
-    })
+    Ok((supplied.desc(&camera)?, run))
 }
 
-/// A camera of the model, whose centre is `center`; `None` if it is degenerate.
-fn own_camera(camera: &ModelCamera, center: DVec3) -> Option<CameraDesc> {
-    let place = camera.model_from_camera;
-    let eye = place.translation;
-    let forward = (-place.matrix3.z_axis).try_normalize()?;
-    let up = place.matrix3.y_axis.try_normalize()?;
-    let to_model = (center - eye).dot(forward);
-    let distance = if to_model > 0.0 && to_model.is_finite() {
-        to_model
-    } else {
-        1.0
-    };
-    let target = eye + forward * distance;
-    let (from, to) = (Point::new(eye), Point::new(target));
-    if !eye.is_finite() || from == to {
-        return None;
-    }
-    match camera.view {
-        ModelView::Perspective { fov } => (fov < PI).then(|| perspective(eye, target, up, fov.to_degrees())),
-        ModelView::Orthographic { height } => Some(CameraDesc::Orthographic(OrthographicDesc {
-            eye: from,
-            target: unspanned(to),
-            up: Point::new(up),
-            height: Positive(height as f32),
-            shift: None,
-        })),
-    }
+/// The centre of a box, as seen from the origin that suits it.
+fn center(bounds: &DAabb) -> DVec3 {
+    let origin = origin::of_box(bounds).unwrap_or_default();
+    origin + bounds.relative_to(origin).center().as_dvec3()
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::{Camera, Lens};
+    use crate::math::Vec3;
 
     #[test]
-    fn the_default_view_holds_the_whole_model_and_little_more() {
-        let bounds = Aabb::from_points([Vec3::new(-1.0, 4.0, 0.0), Vec3::new(9.0, 5.0, 2.0)]);
-        for aspect in [0.5, 1.0, 16.0 / 9.0] {
-            let compiled = framing(DVec3::ZERO, &bounds, aspect).compile().unwrap();
-            let to_camera = compiled.pose.world_from_camera().inverse();
-            let tan = libm::tan(0.5 * FOV.to_radians());
-            let reach = (0..8)
-                .map(|i| {
-                    let p = to_camera.transform_point3(bounds.corner(i).as_dvec3());
-                    (p.x / (-p.z * tan * aspect)).abs().max((p.y / (-p.z * tan)).abs())
-                })
-                .fold(0.0, f64::max);
-            assert!((reach * MARGIN - 1.0).abs() < 1e-3, "{aspect}: {reach}");
-            assert!(matches!(compiled.lens, Lens::Perspective(_)));
-            let _ = Camera::new(&compiled.pose, &compiled.lens, [16, 9]);
-        }
+    fn the_supplied_sun_has_the_direction_of_its_text() {
+        let desc = describe::parse(Source::of_model("a.glb".into(), DAYLIGHT)).expect("it is valid");
+        let expected = Vec3::new(0.35, -1.0, -0.75).normalize();
+        let light = format!("{:?}", desc.lights[0].light);
+        assert!(light.contains(&format!("{expected:?}")), "{light}");
     }
 }

@@ -35,7 +35,7 @@ mod refresh;
 pub use error::Error;
 pub use instancing::Instancing;
 pub use load::{LoadOptions, load, load_moving};
-pub use motion::SceneMotion;
+pub use motion::{LastPoses, SceneMotion};
 pub use objects::plays_animations;
 pub use refresh::{Change, Refresher};
 

@@ -232,6 +232,12 @@ impl ModelPlacer<'_> {
         };
         let of_parts = &plan.units.copies.of_parts;
         let first_copy = self.scene.add_copies(plan.units.copies.count);
+        if model.motion.as_ref().is_some_and(|motion| !motion.switched.is_empty()) {
+            // Names do not depend on which nodes are visible.
+            for node in model.instances.iter().filter_map(|part| model_use.node_of(part)) {
+                self.scene.name_node(placed.object, node);
+            }
+        }
         if !placed.visible {
             return Ok(0);
         }

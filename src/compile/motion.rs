@@ -84,9 +84,15 @@ impl SceneMotion {
     }
 
     /// The update to `time`, in s, of `scene`, which was compiled with this and is that of `desc` but for its animations; `None` if it
-    /// has to be compiled for that time.
-    pub fn update(&self, scene: &Scene, desc: &SceneDesc, time: f64) -> Option<(SceneUpdate, ShadingUpdate)> {
-        let mut poses: Poses<ModelPose> = Poses::default();
+    /// has to be compiled for that time. What `last` has already is left out; `last` becomes that of the update.
+    pub fn update(
+        &self,
+        scene: &Scene,
+        desc: &SceneDesc,
+        time: f64,
+        last: &mut LastPoses,
+    ) -> Option<(SceneUpdate, ShadingUpdate)> {
+        let old = std::mem::take(last);
         let mut placed = self.placed.clone();
         for (placed, model) in placed.iter_mut().zip(&self.models) {
             let object = &desc.objects[placed.object.0 as usize];
@@ -96,16 +102,28 @@ impl SceneMotion {
             if placed.is_edited_over_time {
                 placed.edits = edits(&object.parts, model);
             }
+            last.geometry.push(geometry_key(placed, model, time));
+            last.looks.push(looks_key(placed, model, time));
+        }
+        let has_moved = |at: usize| old.geometry.get(at) != Some(&last.geometry[at]);
+        let pairs = || placed.iter().zip(&self.models).enumerate();
+        let mut poses: Poses<ModelPose> = Poses::default();
+        for (_, (placed, model)) in pairs().filter(|(at, _)| has_moved(*at)) {
             let pose = || model.pose(&placed.playback, &placed.edits, time);
             poses.or_insert_with(model, placed, || pose().unwrap_or_default());
         }
-        let mut models = BTreeMap::new();
-        for (placed, model) in placed.iter().zip(&self.models) {
-            let pose = poses.get(model, placed)?;
-            models.insert(placed.object.0, PosedModel { placed, model, pose });
+        let (mut models, mut looks) = (BTreeMap::new(), BTreeMap::new());
+        for (at, (placed, model)) in pairs() {
+            if has_moved(at) {
+                let pose = poses.get(model, placed)?;
+                models.insert(placed.object.0, PosedModel { placed, model, pose });
+            }
+            if old.looks.get(at) != Some(&last.looks[at]) {
+                looks.insert(placed.object.0, (placed, model));
+            }
         }
         let shading = ShadingUpdate {
-            materials: self.materials(scene, desc, &models)?,
+            materials: self.materials(scene, desc, (&looks, time))?,
             lights: self.lights(scene, desc, &models)?,
             background: None,
         };
@@ -116,7 +134,9 @@ impl SceneMotion {
         let mut update = SceneUpdate::default();
         let mut meshes = Vec::new();
         for moved in &self.movables.parts {
-            let posed = &models[&moved.object.0];
+            let Some(posed) = models.get(&moved.object.0) else {
+                continue;
+            };
             let model_from_mesh = posed.part(moved.part);
             let instance = |within| posed.placed.transform(&model_from_mesh, within);
             match moved.kept {
@@ -145,18 +165,23 @@ impl SceneMotion {
         Some(update)
     }
 
-    /// The new materials; `None` if the scene has other arrays with them.
+    /// The new materials of these models at `time`; `None` if the scene has other arrays with them.
     fn materials(
         &self,
         scene: &Scene,
         desc: &SceneDesc,
-        models: &BTreeMap<u32, PosedModel<'_>>,
+        (models, time): (&BTreeMap<u32, (&PlacedModel, &Arc<Model>)>, f64),
     ) -> Option<Vec<(MaterialId, Material)>> {
         let mut materials = Vec::new();
         for (object, first_material, first_texture) in &self.movables.looks {
-            for (number, surface) in &models[&object.0].pose.materials {
-                let id = MaterialId(first_material.0 + *number as u32);
-                let mut material = model_material(surface, *first_texture);
+            let Some((placed, model)) = models.get(&object.0) else {
+                continue;
+            };
+            let motion = model.motion.iter();
+            let surfaces = motion.flat_map(|motion| motion.surfaces(&placed.playback, &placed.edits, time));
+            for (number, surface) in surfaces {
+                let id = MaterialId(first_material.0 + number as u32);
+                let mut material = model_material(&surface, *first_texture);
                 material.convert_colors(desc.render.working_space);
                 if !are_alike(scene.material(id), &material) {
                     return None;
@@ -196,6 +221,36 @@ impl SceneMotion {
         }
         Some(lights)
     }
+}
+
+/// What the poses of a scene followed from that was updated last: of the model of each object its geometry, and its materials. With
+/// nothing in it everything is updated.
+#[derive(Default)]
+pub struct LastPoses {
+    geometry: Vec<Vec<u64>>,
+    looks: Vec<Vec<u64>>,
+}
+
+fn times<'a>(placed: &'a PlacedModel, model: &'a Model, time: f64) -> impl Iterator<Item = u64> + 'a {
+    let motion = model.motion.iter();
+    motion.flat_map(move |motion| {
+        let times = motion.local_times(&placed.playback, time);
+        times.map(|time| time.to_bits().into())
+    })
+}
+
+fn geometry_key(placed: &PlacedModel, model: &Model, time: f64) -> Vec<u64> {
+    let place = placed.place.of(&DAffine3::IDENTITY);
+    let place = place.to_cols_array().map(f64::to_bits);
+    let mut key: Vec<u64> = times(placed, model, time).chain(place).collect();
+    key.extend(placed.edits.bits_of_nodes());
+    key
+}
+
+fn looks_key(placed: &PlacedModel, model: &Model, time: f64) -> Vec<u64> {
+    let mut key: Vec<u64> = times(placed, model, time).collect();
+    key.extend(placed.edits.bits_of_materials());
+    key
 }
 
 /// The positions, normals and tangents of a mesh.

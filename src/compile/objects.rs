@@ -131,12 +131,16 @@ pub fn plays_animations(desc: &SceneDesc) -> bool {
 /// The place, at one time, of an object that moves: it always has a transform.
 pub(super) fn moved_place(object: &ObjectDesc, origin: DVec3) -> Result<ObjectPlace, Problem> {
     let span = object.transform.as_ref().map_or(object.shape.span(), Spanned::span);
-    let world_from_object = match &object.transform {
-        Some(given) => given.get_ref().compile(given.span())?,
-        None => DAffine3::IDENTITY,
-    };
     let too_far = || Problem::at(span, "the transform has no inverse");
-    ObjectPlace::moved(world_from_object, origin).ok_or_else(too_far)
+    ObjectPlace::moved(world_from_object(object)?, origin).ok_or_else(too_far)
+}
+
+/// The transform of an object to the world.
+pub(super) fn world_from_object(object: &ObjectDesc) -> Result<DAffine3, Problem> {
+    match &object.transform {
+        Some(given) => given.get_ref().compile(given.span()),
+        None => Ok(DAffine3::IDENTITY),
+    }
 }
 
 fn name_of(object: &ObjectDesc, index: usize) -> String {

@@ -100,7 +100,7 @@ pub(super) fn unknown_parts(desc: &SceneDesc, placed: &[PlacedModel], models: &[
         if parts.is_empty() {
             continue;
         }
-        let known = KnownParts::new(model);
+        let known = KnownParts::new(placed, model);
         problems.extend(
             parts
                 .names()

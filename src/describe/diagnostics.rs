@@ -18,6 +18,8 @@ pub struct Source {
     pub path: PathBuf,
     pub text: Arc<str>,
     pub overrides: Overrides,
+    /// Whether the text is that which a model by itself stands for, and in no file.
+    pub is_model: bool,
 }
 
 impl Source {
@@ -27,7 +29,21 @@ impl Source {
             path,
             text: text.into(),
             overrides: Overrides::default(),
+            is_model: false,
         }
+    }
+
+    /// The text that a model by itself stands for.
+    pub fn of_model(path: PathBuf, text: impl Into<Arc<str>>) -> Self {
+        Self {
+            is_model: true,
+            ..Self::new(path, text)
+        }
+    }
+
+    /// The text, if it is in the file.
+    pub(super) fn shown_text(&self) -> &str {
+        if self.is_model { "" } else { &self.text }
     }
 
     /// The same text with these overrides.
@@ -73,7 +89,7 @@ impl Diagnostics {
 
     fn message(&self, problem: &Problem) -> String {
         let path = self.source.path.display().to_string();
-        let text: &str = &self.source.text;
+        let text = self.source.shown_text();
         let message = one_line(&problem.message, LONGEST_MESSAGE);
         let help = problem.help.as_deref().map(|help| one_line(help, LONGEST_MESSAGE));
         let span = problem.span.clone();

@@ -31,4 +31,5 @@ pub use read::{Error, load, parse};
 pub use samples::{AdaptiveDesc, SamplesDesc};
 pub use scene::{BackgroundDesc, LightEntry, MaterialEntry, ObjectDesc, SceneDesc, TextureEntry, TransformDesc};
 pub use settings::{CRYPTOMATTE_LEVELS, OneOrMany, OutputDesc, RenderDesc, are_cryptomatte_levels};
+pub use value_columns::edited_parts;
 pub use values::{ValueFile, Values};

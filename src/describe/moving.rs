@@ -97,6 +97,16 @@ impl<'d> MovingDesc<'d> {
         compiled.map_err(invalid)
     }
 
+    /// An object at a time in frames, if it has values and they fit together.
+    pub fn object(&self, at: usize, frame: f64) -> Option<ObjectDesc> {
+        let entity = Entity::Object(at);
+        self.entities.contains_key(&entity).then_some(())?;
+        match self.entity(entity, &self.values.at(frame)) {
+            Ok(EntityDesc::Object(object)) => Some(*object),
+            _ => None,
+        }
+    }
+
     /// Reads an entity with these values, all of a time.
     pub(super) fn entity(&self, entity: Entity, own: &[String]) -> Result<EntityDesc, Vec<Problem>> {
         let changing = &self.entities[&entity];

@@ -19,11 +19,16 @@ const LISTED: [&str; 2] = ["object", "light"];
 pub(super) struct KnownNames {
     named: [Vec<String>; NAMED.len()],
     listed: [Vec<String>; LISTED.len()],
+    /// Whether the keys of a model by itself have names of their own.
+    is_model: bool,
 }
 
+/// The keys of an object that go without its name where a model by itself is the only one.
+const OF_MODEL: [&str; 3] = ["node", "material", "transform"];
+
 impl KnownNames {
-    /// The names in `table`, which is that of a whole file.
-    pub fn new(table: &DeTable<'_>) -> Self {
+    /// The names in `table`, which is that of a whole file; `is_model` tells whether it is the file of a model by itself.
+    pub fn new(table: &DeTable<'_>, is_model: bool) -> Self {
         let get = |what: &str| table.get(what).map(Spanned::get_ref);
         Self {
             named: NAMED.map(|what| {
@@ -39,13 +44,23 @@ impl KnownNames {
                 let numbered = |(element, number)| name(element).unwrap_or_else(|| format!("{what} {number}"));
                 elements.zip(1..).map(numbered).collect()
             }),
+            is_model,
         }
     }
 
     /// Returns `path` with each name as one step, and with the number of an element, from 0, in place of its name. `span` is that of
     /// the value.
     pub fn resolve<'p>(&self, path: &'p [String], span: &Span) -> Result<Vec<Cow<'p, str>>, Problem> {
-        self.numbered(path, span).map(parts::joined)
+        let numbered = match path.first() {
+            Some(key) if self.is_model && OF_MODEL.contains(&key.as_str()) => {
+                let object = ["object", "0"].map(Cow::Borrowed).into_iter();
+                Ok(object
+                    .chain(path.iter().map(|step| Cow::Borrowed(step.as_str())))
+                    .collect())
+            }
+            _ => self.numbered(path, span),
+        };
+        numbered.map(parts::joined)
     }
 
     fn numbered<'p>(&self, path: &'p [String], span: &Span) -> Result<Vec<Cow<'p, str>>, Problem> {

@@ -69,7 +69,7 @@ pub fn parse(source: Source) -> Result<SceneDesc, Diagnostics> {
                 reader.problems.push(foreign);
                 None
             } else {
-                reader.problems = overrides.apply(&mut table, &text);
+                reader.problems = overrides.apply(&mut table, &source);
                 Some(reader.scene(table, source.clone()))
             }
         }
@@ -103,7 +103,7 @@ impl SceneDesc {
     pub(super) fn document(&self) -> DeTable<'_> {
         let parsed = DeTable::parse(&self.source.text);
         let mut table = parsed.expect("the scene was read from it").into_inner();
-        self.source.overrides.apply(&mut table, &self.source.text);
+        self.source.overrides.apply(&mut table, &self.source);
         table
     }
 

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use toml::de::DeTable;
 
 use super::{
-    Diagnostics, Entity, Error, Overrides, SceneDesc,
+    Diagnostics, Entity, Error, Overrides, PartsDesc, SceneDesc,
     kind_tables::another_kind,
     moving::MovingDesc,
     names::{Component, KnownNames},
@@ -13,7 +13,10 @@ use super::{
     values::{Column, Curve, FileRows, ValueFile, Values},
 };
 use crate::{
-    assets::camera_path::{ValueCell, ValueColumn, ValueTable},
+    assets::{
+        camera_path::{ValueCell, ValueColumn, ValueTable},
+        motion::EditedParts,
+    },
     math::track::{Interp, Track},
     value::{OVERRIDES, Problem},
 };
@@ -45,7 +48,7 @@ impl Values {
         };
         let mut faults = Faults::new(desc);
         let document = desc.document();
-        let known = KnownNames::new(&document);
+        let known = KnownNames::new(&document, desc.source.is_model);
         let key = |(_, path): (_, &[String])| resolve(desc, &document, &known, path).ok();
         let set_for_the_job: Vec<(Entity, Vec<String>)> = (desc.source.overrides.paths().filter_map(key))
             .map(|(entity, path)| (entity, path.inner))
@@ -180,6 +183,20 @@ fn judged_rows(column: &ValueColumn) -> Vec<u32> {
     numbers.chain(words.into_values()).collect()
 }
 
+/// The parts of the model of the first object that values by these names belong to. Names that are wrong belong to none.
+pub fn edited_parts<'n>(desc: &SceneDesc, names: impl Iterator<Item = &'n str>) -> EditedParts {
+    let document = desc.document();
+    let known = KnownNames::new(&document, desc.source.is_model);
+    let mut edited = EditedParts::default();
+    for name in names {
+        let steps: Vec<String> = name.split('.').map(str::to_owned).collect();
+        if let Ok((Entity::Object(0), path)) = resolve(desc, &document, &known, &steps) {
+            PartsDesc::add_to(&mut edited, &path.inner);
+        }
+    }
+    edited
+}
+
 /// A key in an entity.
 struct KeyPath {
     inner: Vec<String>,
@@ -195,7 +212,7 @@ fn resolve(
 ) -> Result<(Entity, KeyPath), Problem> {
     let span = 0..0;
     let path = known.resolve(steps, &span)?;
-    if let Some(problem) = another_kind(document, &path, &span, &desc.source.text) {
+    if let Some(problem) = another_kind(document, &path, &span, desc.source.shown_text()) {
         return Err(problem);
     }
     let component = Component::of_path(&path);

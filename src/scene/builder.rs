@@ -50,6 +50,7 @@ pub struct SceneBuilder {
     shape_objects: Vec<ObjectId>,
     shape_colors: Vec<Vec4>,
     nodes: Vec<NodeName>,
+    named_nodes: Vec<(ObjectId, NodeId)>,
     /// The number of copies of meshes so far.
     copies: u32,
     materials: Vec<Material>,
@@ -73,6 +74,7 @@ impl SceneBuilder {
             shape_objects: Vec::new(),
             shape_colors: Vec::new(),
             nodes: Vec::new(),
+            named_nodes: Vec::new(),
             copies: 0,
             materials: Vec::new(),
             material_names: Vec::new(),
@@ -241,6 +243,11 @@ impl SceneBuilder {
             parent: parent.map(|p| NodeId(first + p as u32)),
         }));
         NodeId(first)
+    }
+
+    /// Gives a node of an object its name and its number, also where it has nothing to see.
+    pub(crate) fn name_node(&mut self, object: ObjectId, node: NodeId) {
+        self.named_nodes.push((object, node));
     }
 
     /// Counts this many copies of meshes more; returns the number of the first, from 0.
@@ -436,6 +443,7 @@ impl SceneBuilder {
             shape_objects: self.shape_objects,
             shape_colors: self.shape_colors,
             nodes: self.nodes,
+            named_nodes: self.named_nodes,
         };
         let shading = SceneShading::new(
             (self.material_names, self.materials),

@@ -3,7 +3,7 @@
 use std::sync::Arc;
 
 use super::{
-    Background, InstanceRecord, LightGroups, LightId, Media, MeshRecord, NodeName, Object, ObjectId,
+    Background, InstanceRecord, LightGroups, LightId, Media, MeshRecord, NodeId, NodeName, Object, ObjectId,
     contacts::Contacts, material_bsdfs::MaterialBsdfs,
 };
 use crate::{
@@ -33,6 +33,8 @@ pub struct SceneGeometry {
     pub shape_colors: Vec<Vec4>,
     /// The nodes of all model files.
     pub nodes: Vec<NodeName>,
+    /// The nodes of objects that have their names and numbers whether they are seen or not.
+    pub named_nodes: Vec<(ObjectId, NodeId)>,
     pub contacts: Contacts,
 }
 

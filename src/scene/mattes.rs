@@ -91,6 +91,9 @@ impl Mattes {
             .map(|i| assets.add(scene, i))
             .collect();
         let mut objects = ObjectMattes::default();
+        for (object, node) in &scene.geometry.named_nodes {
+            objects.add(scene, *object, Some(*node));
+        }
         let geometry = scene.geometry.accel.geometry();
         let meshes_of = |group: u32| scene.meshes_within(&geometry.groups[group as usize].triangles);
         let mut in_group = vec![None; scene.geometry.meshes.len()];

@@ -49,6 +49,13 @@ pub struct SceneUpdate {
     pub poses: Vec<MeshPose>,
 }
 
+impl SceneUpdate {
+    /// Whether nothing changes.
+    pub fn is_empty(&self) -> bool {
+        self.transforms.is_empty() && self.instances.is_empty() && self.places.is_empty() && self.poses.is_empty()
+    }
+}
+
 /// The reason why an update failed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SceneUpdateError {

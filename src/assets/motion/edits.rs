@@ -113,6 +113,13 @@ impl ModelEdits {
 
     /// The bits of all numbers: equal edits have equal ones.
     pub fn bits(&self) -> Vec<u64> {
+        let mut bits = self.bits_of_nodes();
+        bits.extend(self.bits_of_materials());
+        bits
+    }
+
+    /// The bits of the numbers of nodes.
+    pub fn bits_of_nodes(&self) -> Vec<u64> {
         let number = |v: &Option<f64>| v.map_or(u64::MAX, f64::to_bits);
         let mut bits = Vec::new();
         for (node, edit) in &self.nodes {
@@ -125,6 +132,12 @@ impl ModelEdits {
             }
             bits.push(edit.visible.map_or(u64::MAX, u64::from));
         }
+        bits
+    }
+
+    /// The bits of the numbers of materials.
+    pub fn bits_of_materials(&self) -> Vec<u64> {
+        let mut bits = Vec::new();
         for (material, edit) in &self.materials {
             bits.extend([u64::MAX - 1, *material as u64]);
             bits.extend(edit.factor.name.bytes().map(u64::from));

@@ -257,6 +257,20 @@ impl Motion {
         animated
     }
 
+    /// The surfaces of the materials that change, by their indices into [`Model::materials`](super::model::Model::materials).
+    pub fn surfaces(&self, playback: &Playback, edits: &ModelEdits, time: f64) -> Vec<(usize, Principled)> {
+        let mut materials: Vec<MaterialMotion> = self.materials.clone();
+        for (Channel { target, keys }, time) in self.channels(playback, time) {
+            if let Target::Material(material, property) = *target {
+                materials[material].animate(property, keys, time);
+            }
+        }
+        for (material, FactorEdit { factor, numbers }) in &edits.materials {
+            materials[*material].set(factor, *numbers);
+        }
+        materials.into_iter().map(|m| (m.material, m.surface)).collect()
+    }
+
     /// The pose at `time`, in s. Where `edits` and an animation give the same, `edits` counts.
     pub fn pose(&self, playback: &Playback, edits: &ModelEdits, time: f64) -> ModelPose {
         let animated = self.animated(playback, edits, time);
@@ -267,12 +281,10 @@ impl Motion {
             hidden: self.switched.iter().filter(is_hidden).map(|(part, _)| *part).collect(),
             ..ModelPose::default()
         };
-        let mut materials: Vec<MaterialMotion> = self.materials.clone();
         let mut lights: Vec<Carried<LightParameters>> = self.lights.clone();
         let mut cameras: Vec<Carried<ModelCamera>> = self.cameras.clone();
         for (Channel { target, keys }, time) in self.channels(playback, time) {
             match *target {
-                Target::Material(material, property) => materials[material].animate(property, keys, time),
                 Target::Light(source, property) => {
                     let lights = lights.iter_mut().filter(|light| light.source == source);
                     lights.for_each(|light| light.at_rest.set(property, keys, time));
@@ -284,16 +296,13 @@ impl Motion {
                 _ => {}
             }
         }
-        for (material, FactorEdit { factor, numbers }) in &edits.materials {
-            materials[*material].set(factor, *numbers);
-        }
         for light in &mut lights {
             if !animated.visible[light.node] {
                 light.at_rest.intensity = 0.0;
             }
         }
         let place = |node: usize| animated.model_from_node[node];
-        pose.materials = materials.into_iter().map(|m| (m.material, m.surface)).collect();
+        pose.materials = self.surfaces(playback, edits, time);
         pose.lights = lights
             .iter()
             .map(|light| light.at_rest.light(place(light.node)))

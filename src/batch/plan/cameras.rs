@@ -52,17 +52,22 @@ pub(in crate::batch) fn cameras(
     inputs: &Files,
 ) -> Result<JobCameras, Error> {
     let own = OwnCamera {
-        run: run.filter(|run| run.moves_camera()).map(|run| (run, fps(request))),
-        is_among_moving: values.is_some() || run.is_some() || compile::plays_animations(desc),
+        run: run.filter(|run| run.moves_camera()).map(|run| MovedCamera {
+            run,
+            fps: fps(request),
+            desc,
+            parts: values.map(|values| MovingDesc::new(desc, values)),
+        }),
+        is_among_moving: values.is_some() || compile::plays_animations(desc),
         ..OwnCamera::new(desc, values, scene_camera)
     };
     let Some(file) = &request.camera_path else {
-        let (all, what) = match (request.turntable, run, values) {
+        let (all, what) = match (request.turntable, run.and_then(|run| run.end), values) {
             (Some(last), ..) => (
                 1..=i64::from(last),
                 format!("the turntable, which has frames 1 to {last}"),
             ),
-            (None, Some(run), _) => (0..=last_frame(run.end, fps(request)), "the animations".to_owned()),
+            (None, Some(end), _) => (0..=last_frame(end, fps(request)), "the animations".to_owned()),
             (None, None, Some(values)) => (values.frames(), "the table of values".to_owned()),
             (None, None, None) => (1..=1, "the scene's own camera, which has frame 1 only".to_owned()),
         };
@@ -219,10 +224,28 @@ impl From<PathError> for NoFrameCamera {
     }
 }
 
+/// The camera of a model by itself that moves with its node.
+struct MovedCamera<'a> {
+    run: &'a ModelRun,
+    fps: f64,
+    desc: &'a SceneDesc,
+    /// The values of the model over time.
+    parts: Option<MovingDesc<'a>>,
+}
+
+impl MovedCamera<'_> {
+    /// The camera at a time in frames, if it is not degenerate then.
+    fn at(&self, frame: f64) -> Option<SceneCamera> {
+        let of_values = self.parts.as_ref().and_then(|parts| parts.object(0, frame));
+        let object = of_values.as_ref().or(self.desc.objects.first());
+        let parts = object.map(|object| object.parts.clone()).unwrap_or_default();
+        self.run.camera(frame / self.fps, &parts)?.compile().ok()
+    }
+}
+
 /// The scene's own camera, whose values may change over time.
 struct OwnCamera<'a> {
-    /// The run that moves it, and the frame rate.
-    run: Option<(&'a ModelRun, f64)>,
+    run: Option<MovedCamera<'a>>,
     still: Option<SceneCamera>,
     shutter: Shutter,
     /// Whether other values of the scene change over time.
@@ -244,11 +267,11 @@ impl<'a> OwnCamera<'a> {
 
     /// The camera at a time in frames.
     fn at(&self, frame: f64) -> Result<Option<SceneCamera>, Error> {
-        let of_run = self.run.and_then(|(run, fps)| run.camera(frame / fps)?.compile().ok());
-        match &self.moving {
-            _ if of_run.is_some() => Ok(of_run),
-            Some(moving) => moving.camera(frame).map_err(Error::Invalid),
-            None => Ok(self.still),
+        match (&self.moving, &self.run) {
+            // Values take the place of the node.
+            (Some(moving), _) => moving.camera(frame).map_err(Error::Invalid),
+            (None, Some(run)) => Ok(run.at(frame).or(self.still)),
+            (None, None) => Ok(self.still),
         }
     }
 

@@ -1,6 +1,6 @@
 //! The values of a job that change over time: of a table, and of the camera path.
 
-use std::{collections::HashMap, sync::Arc};
+use std::{collections::HashMap, path::PathBuf, sync::Arc};
 
 use crate::{
     assets::{
@@ -12,17 +12,16 @@ use crate::{
     error::Error,
 };
 
-/// Reads the values of a job, if it has any.
-pub(in crate::batch) fn values(
-    desc: &SceneDesc,
+/// Reads the tables of values of a job; `of_scene` is that of its scene file.
+pub(in crate::batch) fn tables(
+    of_scene: Option<PathBuf>,
     request: &Request,
     inputs: &Files,
-) -> Result<Option<Arc<Values>>, Error> {
+) -> Result<Vec<ValueFile>, Error> {
     let options = CameraPathOptions {
         fps: request.fps,
         rotation_order: request.rotation_order,
     };
-    let of_scene = desc.values.as_ref().map(|file| desc.folder().join(file.get_ref()));
     let table = request
         .values
         .clone()
@@ -44,15 +43,16 @@ pub(in crate::batch) fn values(
             files.push(ValueFile { path, table });
         }
     }
+    Ok(files)
+}
+
+/// The values of these tables, if there are any.
+pub(in crate::batch) fn values(desc: &SceneDesc, files: &[ValueFile]) -> Result<Option<Arc<Values>>, Error> {
     if files.is_empty() {
         return Ok(None);
     }
-    if desc.source.text.is_empty() {
-        let message = "values are set in a scene file, and a model has none: write one with `shape.mesh`";
-        return Err(Error::Usage(message.to_owned()));
-    }
     let mut known = HashMap::new();
-    for file in &files {
+    for file in files {
         for column in &file.table.columns {
             if let Some(other) = known.insert(column.name.clone(), file.path.clone()) {
                 return Err(Error::SetTwice {
@@ -63,5 +63,5 @@ pub(in crate::batch) fn values(
             }
         }
     }
-    Ok(Some(Arc::new(Values::new(desc, &files)?)))
+    Ok(Some(Arc::new(Values::new(desc, files)?)))
 }

@@ -26,27 +26,17 @@ const TABLES: [(&str, &str, &[&str]); 11] = [
 ];
 
 /// Files that may name kinds of an enum, and why.
-const EXCEPTIONS: [(&str, &str, &str); 11] = [
+const EXCEPTIONS: [(&str, &str, &str); 9] = [
     ("src/material/", "Bsdf", "a material chooses the BSDF of its surfaces"),
     (
-        "src/compile/default_scene.rs",
+        "src/compile/default_scene/camera.rs",
         "CameraDesc",
         "a model without a scene gets a camera",
-    ),
-    (
-        "src/compile/default_scene.rs",
-        "LightDesc",
-        "a model without lights gets a sun",
     ),
     (
         "src/compile/model_lights.rs",
         "LightDesc",
         "lights of models become lights of scenes",
-    ),
-    (
-        "src/compile/default_scene.rs",
-        "ShapeDesc",
-        "a model without a scene is an object of its own",
     ),
     (
         "src/compile/materials.rs",

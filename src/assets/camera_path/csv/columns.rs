@@ -125,6 +125,8 @@ pub(super) fn is_value_name(word: &str) -> bool {
     let mut steps = word.split('.');
     match (steps.next(), steps.next()) {
         (Some("camera"), Some(kind)) => CameraDesc::NAMES.contains(&kind) && steps.next().is_some(),
+        // Those of a model by itself.
+        (Some("node" | "transform"), Some(_)) => true,
         (Some(table), Some(_)) => TABLES.contains(&table),
         _ => false,
     }
