@@ -175,11 +175,7 @@ fn parse(path: PathBuf, text: &str) -> Result<SceneDesc, Diagnostics> {
         _ => format!("{line}\n"),
     };
     let text: String = text.lines().map(clamped).collect();
-    describe::parse(Source {
-        path,
-        text: text.into(),
-        overrides: Overrides::default(),
-    })
+    describe::parse(Source::new(path, text))
 }
 
 /// Renders one frame of a scene; `path` is the file of its text.

@@ -24,17 +24,20 @@ use crate::{
     },
     camera::CameraDesc,
     describe::{self, Diagnostics, MovingDesc, ObjectDesc, Overrides, PartsDesc, SceneDesc, Source, ValueFile, Values},
-    math::{DAabb, DAffine3, origin},
+    light::LightDesc,
+    math::{DAabb, DAffine3, Vec3, origin},
     shape::mesh::{AnimationChoice, Playback},
-    value::Problem,
+    value::{Direction, Problem},
     warnings::WarningKind,
 };
 
 /// The number of steps of a run, and of a table, at whose ends the bounds are computed.
 const RUN_SAMPLES: u32 = 64;
 
-/// The sun's light comes over the left shoulder of the default camera. Its angular diameter is that of the real sun. With the sky it
-/// makes a white surface about 0.9 bright.
+/// The direction of the sun's light, over the left shoulder of the default camera.
+const SUN: Vec3 = Vec3::new(0.35, -1.0, -0.75);
+
+/// The sun has the angular diameter of the real one. With the sky it makes a white surface about 0.9 bright.
 const DAYLIGHT: &str = "[background]\ncolor = 0.25\n\
                         [[light]]\nsun = { direction = [0.35, -1, -0.75], irradiance = 2.2, angle = 0.53 }\n";
 /// A file with lights gets no others.
@@ -135,7 +138,19 @@ impl SuppliedScene<'_> {
 
     fn desc(&self, camera: &SuppliedCamera) -> Result<SceneDesc, Error> {
         let source = Source::of_model(self.path.to_owned(), self.text(camera));
-        describe::parse(source.with(self.options.overrides.clone())).map_err(Error::Invalid)
+        let mut desc = describe::parse(source.with(self.options.overrides.clone())).map_err(Error::Invalid)?;
+        let lights = desc.lights.iter_mut().filter(|_| !self.is_lit);
+        lights.for_each(|entry| round_sun(&mut entry.light));
+        Ok(desc)
+    }
+}
+
+/// Gives the supplied sun its direction as it is in single precision, whose pictures are known.
+fn round_sun(light: &mut LightDesc) {
+    if let LightDesc::Sun(sun) = light
+        && sun.direction.0 == SUN.as_dvec3().normalize().as_vec3()
+    {
+        sun.direction = Direction(SUN.normalize());
     }
 }
 
@@ -287,13 +302,12 @@ fn center(bounds: &DAabb) -> DVec3 {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::math::Vec3;
 
     #[test]
-    fn the_supplied_sun_has_the_direction_of_its_text() {
-        let desc = describe::parse(Source::of_model("a.glb".into(), DAYLIGHT)).expect("it is valid");
-        let expected = Vec3::new(0.35, -1.0, -0.75).normalize();
+    fn the_supplied_sun_has_its_direction_in_single_precision() {
+        let mut desc = describe::parse(Source::of_model("a.glb".into(), DAYLIGHT)).expect("it is valid");
+        round_sun(&mut desc.lights[0].light);
         let light = format!("{:?}", desc.lights[0].light);
-        assert!(light.contains(&format!("{expected:?}")), "{light}");
+        assert!(light.contains(&format!("{:?}", SUN.normalize())), "{light}");
     }
 }
