@@ -2,6 +2,7 @@
 
 mod bare;
 pub mod camera_path;
+mod edited;
 pub mod files;
 pub mod gltf;
 mod gzip;

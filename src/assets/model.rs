@@ -56,8 +56,9 @@ pub struct Model {
     /// The file's hierarchy; empty if the format has none.
     pub nodes: Vec<ModelNode>,
     pub materials: Vec<ModelMaterial>,
-    /// The unique names of all materials of the file, also of those that are not shown; `None` if these are [`Model::materials`].
-    pub material_names: Option<Vec<String>>,
+    /// The unique names of all materials of the file, each with its index in [`Model::materials`] if it is shown; `None` if these are
+    /// all materials.
+    pub named_materials: Option<Vec<(String, Option<usize>)>>,
     /// The parts that are not visible.
     pub hidden: HashSet<usize>,
     pub textures: Vec<ModelTexture>,
@@ -280,10 +281,13 @@ impl Model {
         unique_names(self.nodes.iter().map(|node| node.name.as_str()))
     }
 
-    /// The unique names of all materials of the file.
-    pub fn names_of_materials(&self) -> Vec<String> {
-        let of_shown = || unique_names(self.materials.iter().map(|material| material.name.as_str()));
-        self.material_names.clone().unwrap_or_else(of_shown)
+    /// The unique names of all materials of the file, each with its index in [`Model::materials`] if it is shown.
+    pub fn names_of_materials(&self) -> Vec<(String, Option<usize>)> {
+        let of_shown = || {
+            let names = unique_names(self.materials.iter().map(|material| material.name.as_str()));
+            names.into_iter().zip((0..).map(Some)).collect()
+        };
+        self.named_materials.clone().unwrap_or_else(of_shown)
     }
 
     /// The pose at `time`, in s; `None` for a model without motion.

@@ -10,12 +10,12 @@ use rayon::prelude::*;
 
 pub use super::image::ImageRequest;
 use super::{
-    Files, MemoryKind, OverBudget,
+    Files, MemoryKind, OverBudget, edited,
     image::{self, AlphaUse, EncodedImage, ImageError},
     model::{ImageSource, LightUnits, Model, ModelChoice, ModelFeature},
     model_format::ModelError,
     model_formats,
-    motion::{ModelClip, Motion},
+    motion::ModelClip,
 };
 use crate::{
     texture::{Bitmap, bitmap::ColorSpace},
@@ -108,7 +108,7 @@ fn load_model(request: &ModelRequest, files: &Files) -> Result<Model, AssetError
     }
     let mut model = format.load(&path, choice, files).map_err(AssetError::Model)?;
     if !format.has_choices() && !choice.edited.is_empty() {
-        model.motion = Some(Arc::new(Motion::of_edited(&model, &choice.edited)));
+        model.motion = Some(Arc::new(edited::motion(&model, &choice.edited)));
     }
     Ok(model)
 }

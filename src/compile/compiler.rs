@@ -2,7 +2,7 @@
 
 use std::collections::HashMap;
 
-use super::LoadOptions;
+use super::options::LoadOptions;
 use crate::{
     assets::store::ImageRequest,
     describe::SceneDesc,

@@ -1,15 +1,13 @@
 //! The first step of compilation: a description and its files become a [`SceneBuilder`].
 
-use std::{
-    cell::RefCell,
-    collections::{BTreeMap, BTreeSet},
-};
+use std::cell::RefCell;
 
 use super::{
-    Error, Instancing, background,
+    Error, background,
     compiler::Compiler,
     models,
     motion::{Movables, SceneMotion},
+    options::LoadOptions,
     origin::SceneOrigin,
     placed::{self, LoadedModels, PlacedModel},
 };
@@ -18,7 +16,6 @@ use crate::{
         AssetError, MemoryKind, Store,
         image::AlphaUse,
         model::ImageSource,
-        motion::EditedParts,
         store::{ImageRequest, ModelRequest},
     },
     describe::{Diagnostics, SceneDesc},
@@ -98,23 +95,6 @@ fn around_models(
         }
     }
     Ok((compiled, loaded))
-}
-
-/// The options on which the arrays of a scene depend, beside its description.
-#[derive(Clone, Debug, Default)]
-pub struct LoadOptions {
-    pub instancing: Instancing,
-    /// The first position of the camera if it is not that of the scene's own camera. In a large scene, positions near it are the
-    /// most precise.
-    pub eye: Option<DVec3>,
-    /// The origin of the scene; `None` for that which suits it.
-    pub origin: Option<DVec3>,
-    /// The objects that move at some time, by their indices. They are never baked into the world.
-    pub moved: BTreeSet<usize>,
-    /// The nodes and materials of models whose values change over time, by the indices of objects.
-    pub edited: BTreeMap<usize, EditedParts>,
-    /// The time of the animations of models, in s.
-    pub time: f64,
 }
 
 /// Loads a scene without its acceleration structure and lights, which [`SceneBuilder::build`] makes, on the threads of the

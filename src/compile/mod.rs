@@ -26,6 +26,7 @@ mod model_lights;
 mod models;
 mod motion;
 mod objects;
+mod options;
 mod origin;
 mod place;
 mod placed;
@@ -34,9 +35,10 @@ mod refresh;
 
 pub use error::Error;
 pub use instancing::Instancing;
-pub use load::{LoadOptions, load, load_moving};
+pub use load::{load, load_moving};
 pub use motion::{LastPoses, SceneMotion};
 pub use objects::plays_animations;
+pub use options::LoadOptions;
 pub use refresh::{Change, Refresher};
 
 /// Compiles a scene and builds its acceleration structure, on the threads of the current rayon pool.

@@ -37,6 +37,8 @@ pub(super) struct ModelUse {
     objects: u64,
     /// Its first material in the scene, once an object uses them.
     first_material: Option<MaterialId>,
+    /// The materials of the scene in place of some of its own, by their indices.
+    replaced: HashMap<usize, MaterialId>,
     first_node: Option<NodeId>,
 }
 
@@ -44,7 +46,8 @@ impl ModelUse {
     /// The material with this index in the model, or `instead`.
     pub fn material(&self, number: usize, instead: Option<MaterialId>) -> MaterialId {
         let first = self.first_material.map_or(0, |m| m.0);
-        instead.unwrap_or(MaterialId(first + number as u32))
+        let other = instead.or_else(|| self.replaced.get(&number).copied());
+        other.unwrap_or(MaterialId(first + number as u32))
     }
 
     fn node_of(&self, part: &MeshInstance) -> Option<NodeId> {
@@ -162,6 +165,14 @@ impl ModelPlacer<'_> {
             if model_use.objects == 1 && !model.nodes.is_empty() {
                 let nodes = model.nodes.iter().map(|n| (n.name.as_str(), n.parent));
                 model_use.first_node = Some(self.scene.model_nodes(nodes));
+            }
+            if !placed.replaced.is_empty() && model_use.replaced.is_empty() {
+                let names = model.names_of_materials();
+                for (name, material) in &placed.replaced {
+                    let own = names.iter().find(|(known, _)| known == name);
+                    let own = own.and_then(|(_, number)| *number);
+                    model_use.replaced.extend(own.map(|own| (own, *material)));
+                }
             }
             if placed.material.is_none() && model_use.first_material.is_none() {
                 // Objects of one model share its materials.

@@ -31,6 +31,12 @@ impl Compiler<'_> {
                 let edited_over_time = self.options.edited.get(&i);
                 let mut edited = object.parts.edited();
                 edited_over_time.into_iter().for_each(|others| edited.extend(others));
+                let replaced: Vec<_> = object.parts.replaced().collect();
+                let replaced = replaced.into_iter().filter_map(|(name, other)| {
+                    let other = self.material_id(other);
+                    Some((name.to_owned(), self.record(other)?))
+                });
+                let replaced = replaced.collect();
                 let id = self.scene.object(&name, Some(file), material.unwrap_or(MaterialId(0)));
                 self.light_group(object, id);
                 models.push(PlacedModel {
@@ -47,6 +53,7 @@ impl Compiler<'_> {
                     playback: mesh.playback(),
                     edits: ModelEdits::default(),
                     is_edited_over_time: edited_over_time.is_some(),
+                    replaced,
                     material,
                     place,
                     visible: object.visible,

@@ -30,6 +30,8 @@ pub(super) struct PlacedModel {
     pub edits: ModelEdits,
     /// Whether these change over time.
     pub is_edited_over_time: bool,
+    /// The materials of the scene that take the place of some of the model's, by the names of these.
+    pub replaced: Vec<(String, MaterialId)>,
     /// Overrides the model's own materials.
     pub material: Option<MaterialId>,
     pub place: ObjectPlace,
@@ -122,7 +124,7 @@ impl KnownParts {
     pub fn new(placed: &PlacedModel, model: &Model) -> Self {
         Self {
             nodes: model.names_of_nodes(),
-            materials: model.names_of_materials(),
+            materials: model.names_of_materials().into_iter().map(|(name, _)| name).collect(),
             has_other: placed.material.is_some(),
         }
     }
@@ -193,6 +195,7 @@ struct PoseKey {
     /// The bits of values of the file, or the object whose values change over time: whether objects share a pose does not
     /// depend on the time.
     edits: Result<Vec<u64>, u32>,
+    replaced: Vec<(String, u32)>,
 }
 
 /// A value for each pose of a model.
@@ -219,6 +222,9 @@ impl<T> Poses<T> {
                 true => Err(placed.object.0),
                 false => Ok(placed.edits.bits()),
             },
+            replaced: (placed.replaced.iter())
+                .map(|(name, material)| (name.clone(), material.0))
+                .collect(),
         }
     }
 

@@ -4,7 +4,7 @@ use std::{fmt, ops::Range, path::PathBuf, sync::Arc};
 
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 
-use super::Overrides;
+use super::{FileKind, Overrides};
 use crate::value::{Problem, one_line, visible};
 
 /// The most characters of a message before it is shortened.
@@ -18,8 +18,7 @@ pub struct Source {
     pub path: PathBuf,
     pub text: Arc<str>,
     pub overrides: Overrides,
-    /// Whether the text is that which a model by itself stands for, and in no file.
-    pub is_model: bool,
+    pub kind: FileKind,
 }
 
 impl Source {
@@ -29,21 +28,24 @@ impl Source {
             path,
             text: text.into(),
             overrides: Overrides::default(),
-            is_model: false,
+            kind: FileKind::Scene,
         }
     }
 
     /// The text that a model by itself stands for.
     pub fn of_model(path: PathBuf, text: impl Into<Arc<str>>) -> Self {
         Self {
-            is_model: true,
+            kind: FileKind::Model,
             ..Self::new(path, text)
         }
     }
 
     /// The text, if it is in the file.
     pub(super) fn shown_text(&self) -> &str {
-        if self.is_model { "" } else { &self.text }
+        match self.kind {
+            FileKind::Scene => &self.text,
+            FileKind::Model => "",
+        }
     }
 
     /// The same text with these overrides.

@@ -3,6 +3,7 @@
 //! In a [`SceneDesc`] every value is valid by itself. `compile` checks whether names exist and values fit together, with the same
 //! [`Diagnostics`], which point into the file.
 
+mod cell_faults;
 mod diagnostics;
 mod entity;
 mod foreign;
@@ -11,6 +12,7 @@ mod light_group;
 mod moving;
 mod names;
 mod overrides;
+mod part_tables;
 mod parts;
 mod quaternions;
 mod read;
@@ -25,6 +27,7 @@ pub use diagnostics::{Diagnostics, Source};
 pub use entity::Entity;
 pub use light_group::LightGroupName;
 pub use moving::MovingDesc;
+pub use names::FileKind;
 pub use overrides::{Overrides, number_or_text};
 pub use parts::{Part, PartsDesc};
 pub use read::{Error, load, parse};

@@ -15,20 +15,28 @@ const NAMED: [&str; 2] = ["material", "texture"];
 /// The lists whose elements have names.
 const LISTED: [&str; 2] = ["object", "light"];
 
+/// The kind of a file with a text of a scene.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub enum FileKind {
+    #[default]
+    Scene,
+    /// A model by itself. The text is that of the scene that it stands for, and in no file.
+    Model,
+}
+
 /// The names in the tables of a scene file.
 pub(super) struct KnownNames {
     named: [Vec<String>; NAMED.len()],
     listed: [Vec<String>; LISTED.len()],
-    /// Whether the keys of a model by itself have names of their own.
-    is_model: bool,
+    kind: FileKind,
 }
 
 /// The keys of an object that go without its name where a model by itself is the only one.
 const OF_MODEL: [&str; 3] = ["node", "material", "transform"];
 
 impl KnownNames {
-    /// The names in `table`, which is that of a whole file; `is_model` tells whether it is the file of a model by itself.
-    pub fn new(table: &DeTable<'_>, is_model: bool) -> Self {
+    /// The names in `table`, which is that of a whole file of this kind.
+    pub fn new(table: &DeTable<'_>, kind: FileKind) -> Self {
         let get = |what: &str| table.get(what).map(Spanned::get_ref);
         Self {
             named: NAMED.map(|what| {
@@ -44,7 +52,7 @@ impl KnownNames {
                 let numbered = |(element, number)| name(element).unwrap_or_else(|| format!("{what} {number}"));
                 elements.zip(1..).map(numbered).collect()
             }),
-            is_model,
+            kind,
         }
     }
 
@@ -52,7 +60,7 @@ impl KnownNames {
     /// the value.
     pub fn resolve<'p>(&self, path: &'p [String], span: &Span) -> Result<Vec<Cow<'p, str>>, Problem> {
         let numbered = match path.first() {
-            Some(key) if self.is_model && OF_MODEL.contains(&key.as_str()) => {
+            Some(key) if self.kind == FileKind::Model && OF_MODEL.contains(&key.as_str()) => {
                 let object = ["object", "0"].map(Cow::Borrowed).into_iter();
                 Ok(object
                     .chain(path.iter().map(|step| Cow::Borrowed(step.as_str())))

@@ -9,9 +9,8 @@ use std::borrow::Cow;
 use toml::de::{DeTable, DeValue};
 
 use super::{
-    Source,
     kind_tables::{another_kind, kind_table},
-    names::{Component, KnownNames, unset},
+    names::{Component, FileKind, KnownNames, unset},
     parts::QUATERNION,
 };
 use crate::value::{OVERRIDES, Problem, Span, Spanned};
@@ -116,14 +115,15 @@ impl Overrides {
         self.0.get(span.start.checked_sub(OVERRIDES)?)
     }
 
-    /// Puts the values into the table of the scene file `source`. Returns the problems of those that have no place in it.
-    pub(super) fn apply<'i>(&'i self, table: &mut DeTable<'i>, source: &Source) -> Vec<Problem> {
+    /// Puts the values into the table of a file of this kind, of which `text` is shown. Returns the problems of those that have no place
+    /// in it.
+    pub(super) fn apply<'i>(&'i self, table: &mut DeTable<'i>, (kind, text): (FileKind, &str)) -> Vec<Problem> {
         let (mut problems, mut components) = (Vec::new(), Vec::new());
-        let known = KnownNames::new(table, source.is_model);
+        let known = KnownNames::new(table, kind);
         for (one, start) in self.0.iter().zip(OVERRIDES..) {
             let span = start..start + 1;
             let path = known.resolve(&one.path, &span);
-            let path = path.and_then(|path| match another_kind(table, &path, &span, source.shown_text()) {
+            let path = path.and_then(|path| match another_kind(table, &path, &span, text) {
                 Some(problem) => Err(problem),
                 None => Ok(path),
             });

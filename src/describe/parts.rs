@@ -5,13 +5,9 @@
 
 use std::borrow::Cow;
 
-use toml::de::{DeTable, DeValue};
-
-use super::{read::Reader, rotation::QuaternionDesc};
 use crate::{
-    assets::motion::{EditedParts, Factor, FactorEdit, FactorRange, NewNumbers, NewRotation, NodeEdit},
-    shape::mesh::Precise,
-    value::{Coordinate, Problem, Span, Spanned, UnknownName},
+    assets::motion::{EditedParts, Factor, FactorEdit, FactorRange, NodeEdit},
+    value::{Span, Spanned},
 };
 
 /// The key of an object for nodes of its model.
@@ -20,8 +16,8 @@ pub(super) const NODE: &str = "node";
 pub(super) const MATERIAL: &str = "material_overrides";
 
 /// The components of a vector, of a colour and of a quaternion.
-const AXES: [&str; 3] = ["x", "y", "z"];
-const CHANNELS: [&str; 3] = ["r", "g", "b"];
+pub(super) const AXES: [&str; 3] = ["x", "y", "z"];
+pub(super) const CHANNELS: [&str; 3] = ["r", "g", "b"];
 pub(super) const QUATERNION: [&str; 4] = ["qx", "qy", "qz", "qw"];
 
 /// A part of a model that has a name.
@@ -33,21 +29,23 @@ pub enum Part {
 
 /// The name of a part, and its place in the file.
 #[derive(Clone, Debug)]
-struct PartName {
-    name: String,
-    span: Span,
+pub(super) struct PartName {
+    pub name: String,
+    pub span: Span,
 }
 
 /// Values of a model that replace those of its file.
 #[derive(Clone, Debug, Default)]
 pub struct PartsDesc {
-    nodes: Vec<(PartName, NodeEdit)>,
-    materials: Vec<(PartName, Vec<FactorEdit>)>,
+    pub(super) nodes: Vec<(PartName, NodeEdit)>,
+    pub(super) materials: Vec<(PartName, Vec<FactorEdit>)>,
+    /// The materials of the scene that take the place of some of the model's.
+    pub(super) replaced: Vec<(PartName, Spanned<String>)>,
 }
 
 impl PartsDesc {
     pub fn is_empty(&self) -> bool {
-        self.nodes.is_empty() && self.materials.is_empty()
+        self.nodes.is_empty() && self.materials.is_empty() && self.replaced.is_empty()
     }
 
     /// The nodes by their names.
@@ -62,6 +60,11 @@ impl PartsDesc {
             .map(|(name, factors)| (name.name.as_str(), factors.as_slice()))
     }
 
+    /// The materials of the scene in place of materials of the model, by the names of these.
+    pub fn replaced(&self) -> impl Iterator<Item = (&str, &Spanned<String>)> {
+        self.replaced.iter().map(|(name, other)| (name.name.as_str(), other))
+    }
+
     /// All names with their places.
     pub fn names(&self) -> impl Iterator<Item = (Part, &str, Span)> {
         let of = |part, name| {
@@ -69,7 +72,9 @@ impl PartsDesc {
             (part, name.as_str(), span.clone())
         };
         let nodes = self.nodes.iter().map(move |(name, _)| of(Part::Node, name));
-        nodes.chain(self.materials.iter().map(move |(name, _)| of(Part::Material, name)))
+        let materials = self.materials.iter().map(|(name, _)| name);
+        let materials = materials.chain(self.replaced.iter().map(|(name, _)| name));
+        nodes.chain(materials.map(move |name| of(Part::Material, name)))
     }
 
     /// The parts that have values.
@@ -86,7 +91,7 @@ impl PartsDesc {
     /// Whether the key at `path` of an object belongs to a part of its model and changes the model's pose or its colours, and not what of
     /// it is there.
     pub fn is_of_pose(path: &[String]) -> bool {
-        part_of(path).is_some() && path.last().is_none_or(|key| key != "visible")
+        part_of(path).is_some() && path.len() > 2 && path.last().is_none_or(|key| key != "visible")
     }
 
     /// Adds the part that the key at `path` of an object belongs to, if it belongs to one.
@@ -160,158 +165,5 @@ fn is_key_of_material(path: &[&str]) -> bool {
         [key] => range(key).is_some(),
         [key, component] => range(key) == Some(FactorRange::Color) && CHANNELS.contains(&component),
         _ => false,
-    }
-}
-
-type Value<'i> = Spanned<DeValue<'i>>;
-
-impl Reader<'_> {
-    /// Takes the values of nodes and materials out of the table of an object.
-    pub fn parts(&mut self, object: &mut Value<'_>) -> PartsDesc {
-        let mut parts = PartsDesc::default();
-        let DeValue::Table(table) = object.get_mut() else {
-            return parts;
-        };
-        if let Some(nodes) = table.remove(NODE).and_then(|nodes| self.table(nodes, NODE)) {
-            for (key, value) in nodes {
-                let Some(keys) = self.table(value, key.get_ref()) else {
-                    continue;
-                };
-                let edit = self.node(keys);
-                parts.nodes.push((name(key), edit));
-            }
-        }
-        let materials = table.remove(MATERIAL);
-        if let Some(materials) = materials.and_then(|materials| self.table(materials, MATERIAL)) {
-            for (key, value) in materials {
-                let Some(keys) = self.table(value, key.get_ref()) else {
-                    continue;
-                };
-                let factors = keys.into_iter().filter_map(|(key, value)| self.factor(&key, value));
-                let factors = factors.collect();
-                parts.materials.push((name(key), factors));
-            }
-        }
-        parts
-    }
-
-    /// The table that `value` is.
-    fn table<'i>(&mut self, value: Value<'i>, key: &str) -> Option<DeTable<'i>> {
-        let span = value.span();
-        match value.into_inner() {
-            DeValue::Table(table) => Some(table),
-            other => {
-                let message = format!("`{key}` is a table and cannot be of type {}", other.type_str());
-                self.problems.push(Problem::at(span, message));
-                None
-            }
-        }
-    }
-
-    fn unknown(&mut self, key: &Spanned<Cow<'_, str>>, known: &[&str]) {
-        let unknown = UnknownName::new("key", key.get_ref(), known.iter().copied());
-        self.problems.push(unknown.at(key.span()));
-    }
-
-    fn node(&mut self, keys: DeTable<'_>) -> NodeEdit {
-        let mut edit = NodeEdit::default();
-        for (key, value) in keys {
-            match key.get_ref().as_ref() {
-                "visible" => edit.visible = self.entity(value),
-                "transform" => {
-                    for (key, value) in self.table(value, "transform").into_iter().flatten() {
-                        match key.get_ref().as_ref() {
-                            "translate" => edit.translation = self.coordinates(value),
-                            "scale" => edit.scale = self.coordinates(value),
-                            "rotate" => edit.rotation = self.rotation(value),
-                            _ => self.unknown(&key, &["translate", "rotate", "scale"]),
-                        }
-                    }
-                }
-                _ => self.unknown(&key, &["transform", "visible"]),
-            }
-        }
-        edit
-    }
-
-    /// Numbers of a transform.
-    fn coordinates(&mut self, value: Value<'_>) -> NewNumbers {
-        let numbers = self.numbers(value, AXES, FactorRange::Any);
-        numbers.map(|number| number.map(|v| Coordinate::new(v).0))
-    }
-
-    fn rotation(&mut self, value: Value<'_>) -> Option<NewRotation> {
-        let is_quaternion = |key: &Spanned<Cow<'_, str>>| QUATERNION.contains(&key.get_ref().as_ref());
-        match value.get_ref() {
-            DeValue::Table(keys) if keys.keys().any(is_quaternion) => {
-                let rotation = self.entity::<QuaternionDesc>(value)?;
-                Some(NewRotation::Quaternion(rotation.0))
-            }
-            _ => Some(NewRotation::Angles(self.coordinates(value))),
-        }
-    }
-
-    fn factor(&mut self, key: &Spanned<Cow<'_, str>>, value: Value<'_>) -> Option<FactorEdit> {
-        let Some(factor) = Factor::named(key.get_ref()) else {
-            let names: Vec<&str> = Factor::names().collect();
-            self.unknown(key, &names);
-            return None;
-        };
-        let numbers = match factor.range {
-            FactorRange::Color => self.numbers(value, CHANNELS, factor.range),
-            FactorRange::Angle => [self.number(value, factor.range).map(f64::to_radians), None, None],
-            range => [self.number(value, range), None, None],
-        };
-        Some(FactorEdit {
-            factor,
-            numbers: numbers.map(|number| number.map(|v| v as f32)),
-        })
-    }
-
-    /// Three numbers: one for all of them, a list, or a table with some of them.
-    fn numbers(&mut self, value: Value<'_>, names: [&str; 3], range: FactorRange) -> NewNumbers {
-        let span = value.span();
-        match value.into_inner() {
-            DeValue::Array(list) if list.len() == 3 => {
-                let mut list = list.into_iter();
-                std::array::from_fn(|_| self.number(list.next()?, range))
-            }
-            DeValue::Array(list) => {
-                let message = format!("expected three numbers, found {}", list.len());
-                self.problems.push(Problem::at(span, message));
-                [None; 3]
-            }
-            DeValue::Table(keys) => {
-                let mut numbers = [None; 3];
-                for (key, value) in keys {
-                    match names.iter().position(|name| *name == key.get_ref()) {
-                        Some(at) => numbers[at] = self.number(value, range),
-                        None => self.unknown(&key, &names),
-                    }
-                }
-                numbers
-            }
-            one => [self.number(Spanned::new(span, one), range); 3],
-        }
-    }
-
-    fn number(&mut self, value: Value<'_>, range: FactorRange) -> Option<f64> {
-        let span = value.span();
-        let v = self.entity::<Precise>(value)?.0;
-        match range.expected(v) {
-            None => Some(v),
-            Some(expected) => {
-                let message = format!("expected {expected}, found {v}");
-                self.problems.push(Problem::at(span, message));
-                None
-            }
-        }
-    }
-}
-
-fn name(key: Spanned<Cow<'_, str>>) -> PartName {
-    PartName {
-        span: key.span(),
-        name: key.into_inner().into_owned(),
     }
 }

@@ -9,8 +9,8 @@ use glam::DQuat;
 
 use super::{
     Entity,
+    cell_faults::Faults,
     parts::QUATERNION,
-    value_columns::Faults,
     values::{Column, Curve, Values},
 };
 use crate::{

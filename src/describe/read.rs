@@ -69,7 +69,7 @@ pub fn parse(source: Source) -> Result<SceneDesc, Diagnostics> {
                 reader.problems.push(foreign);
                 None
             } else {
-                reader.problems = overrides.apply(&mut table, &source);
+                reader.problems = overrides.apply(&mut table, (source.kind, source.shown_text()));
                 Some(reader.scene(table, source.clone()))
             }
         }
@@ -103,7 +103,8 @@ impl SceneDesc {
     pub(super) fn document(&self) -> DeTable<'_> {
         let parsed = DeTable::parse(&self.source.text);
         let mut table = parsed.expect("the scene was read from it").into_inner();
-        self.source.overrides.apply(&mut table, &self.source);
+        let shown = (self.source.kind, self.source.shown_text());
+        self.source.overrides.apply(&mut table, shown);
         table
     }
 

@@ -222,7 +222,7 @@ pub struct LightEntry {
 /// | `visible` | whether it is there at all: `false` hides it from the camera, from mirrors and from light | `true` |
 /// | `group` | the name of the light group of the light that it emits, see `[[light]]` | none |
 /// | `node` | tables by the names of nodes of its model: `transform` and `visible` | those of the file |
-/// | `material_overrides` | tables by the names of materials of its model: factors | those of the file |
+/// | `material_overrides` | by the names of materials of its model: NAME of a `[material.NAME]`, or a table of factors | those of the file |
 ///
 /// A transform scales first, then rotates about the fixed x, y and z axes in this order (degrees), then translates (m).
 /// `rotate` is `[x, y, z]`, or a quaternion `{ qx, qy, qz, qw }`. `scale` is a number or `[x, y, z]`. A `matrix` has four rows of
@@ -255,6 +255,9 @@ pub struct LightEntry {
 /// [object.material_overrides.Paint]
 /// base_color = [0.6, 0.02, 0.02]
 /// roughness = 0.3
+///
+/// [object.material_overrides]
+/// Glass = "clear"
 /// ```
 ///
 /// `translate`, `rotate` and `scale` take the place of those of the node in its parent. Each is `[x, y, z]`, or a table of some of `x`,

@@ -5,7 +5,8 @@ use std::collections::BTreeMap;
 use toml::de::DeTable;
 
 use super::{
-    Diagnostics, Entity, Error, Overrides, PartsDesc, SceneDesc,
+    Entity, Error, PartsDesc, SceneDesc,
+    cell_faults::Faults,
     kind_tables::another_kind,
     moving::MovingDesc,
     names::{Component, KnownNames},
@@ -18,14 +19,11 @@ use crate::{
         motion::EditedParts,
     },
     math::track::{Interp, Track},
-    value::{OVERRIDES, Problem},
+    value::Problem,
 };
 
 /// Keys that hold for the whole job, since names and numbers in files follow from them.
 const FIXED: [&str; 2] = ["name", "group"];
-
-/// The most problems that are told.
-const MOST_PROBLEMS: usize = 20;
 
 impl Values {
     /// The values of these files for the scene `desc`, but for those that its overrides set for the whole job.
@@ -48,7 +46,7 @@ impl Values {
         };
         let mut faults = Faults::new(desc);
         let document = desc.document();
-        let known = KnownNames::new(&document, desc.source.is_model);
+        let known = KnownNames::new(&document, desc.source.kind);
         let key = |(_, path): (_, &[String])| resolve(desc, &document, &known, path).ok();
         let set_for_the_job: Vec<(Entity, Vec<String>)> = (desc.source.overrides.paths().filter_map(key))
             .map(|(entity, path)| (entity, path.inner))
@@ -94,7 +92,7 @@ impl Values {
                 for problem in problems {
                     faults.add(values.origin_of(&problem, frame), problem);
                 }
-                if faults.problems.len() >= MOST_PROBLEMS {
+                if faults.are_many() {
                     return faults.check().map(|()| values.clone());
                 }
             }
@@ -186,7 +184,7 @@ fn judged_rows(column: &ValueColumn) -> Vec<u32> {
 /// The parts of the model of the first object that values by these names belong to. Names that are wrong belong to none.
 pub fn edited_parts<'n>(desc: &SceneDesc, names: impl Iterator<Item = &'n str>) -> EditedParts {
     let document = desc.document();
-    let known = KnownNames::new(&document, desc.source.is_model);
+    let known = KnownNames::new(&document, desc.source.kind);
     let mut edited = EditedParts::default();
     for name in names {
         let steps: Vec<String> = name.split('.').map(str::to_owned).collect();
@@ -260,35 +258,4 @@ fn curve(table: &ValueTable, column: &ValueColumn) -> Curve {
             .map(|(row, cell)| (frame(row), text(cell)))
             .collect(),
     )
-}
-
-/// Problems of cells so far, each with its origin.
-pub(super) struct Faults<'d> {
-    desc: &'d SceneDesc,
-    overrides: Overrides,
-    problems: Vec<Problem>,
-}
-
-impl<'d> Faults<'d> {
-    fn new(desc: &'d SceneDesc) -> Self {
-        Self {
-            desc,
-            overrides: desc.source.overrides.clone(),
-            problems: Vec::new(),
-        }
-    }
-
-    pub fn add(&mut self, origin: String, problem: Problem) {
-        let start = OVERRIDES + self.overrides.paths().count();
-        self.overrides.set_cell(&origin, "");
-        self.problems.push(Problem {
-            span: Some(start..start + 1),
-            ..problem
-        });
-    }
-
-    fn check(self) -> Result<(), Error> {
-        let source = self.desc.source.clone().with(self.overrides);
-        Diagnostics::new(&source, self.problems).map_or(Ok(()), |found| Err(Error::Invalid(found)))
-    }
 }

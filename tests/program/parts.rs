@@ -150,6 +150,33 @@ fn a_flag_sets_what_a_table_sets() {
 }
 
 #[test]
+fn a_material_of_the_scene_takes_the_place_of_one_of_the_model() {
+    let folder = folder(TABLE);
+    let scene = format!("{SCENE}[material.steel]\nmatte = {{ albedo = [0, 0, 1] }}\n");
+    folder.write("s.toml", &scene);
+    let render = |name: &str, args: &[&str]| {
+        let file = format!("{name}.exr");
+        folder.succeed(&[&["s.toml", "-o", &file, "--aovs", "materialId"], args].concat());
+        crate::common::pixels(&folder.path(&file)).1
+    };
+    let plain = render("plain", &[]);
+    let by_flag = render("set", &["--set", "object.car.material.Paint=steel"]);
+    assert!(by_flag != plain);
+    folder.write("t.csv", "frame,object.car.material.Paint\n1,steel\n");
+    assert!(by_flag == render("table", &["--values", "t.csv"]));
+    let keys = "[object.material_overrides]\nPaint = \"steel\"\n[[light]]";
+    folder.write("s.toml", &scene.replace("[[light]]", keys));
+    assert!(by_flag == render("file", &[]));
+    // The other `Paint` keeps its own.
+    assert!(by_flag != render("both", &["--set", "object.car.material.Paint#2=steel"]));
+    let message = folder.fail(2, &["s.toml", "--set", "object.car.material.Paint=stel"]);
+    assert!(
+        message.contains("undefined material `stel`") || message.contains("unknown material `stel`"),
+        "{message}"
+    );
+}
+
+#[test]
 fn names_of_parts_that_are_unknown_are_wrong_usage_of_a_flag_and_wrong_data_of_a_file() {
     let folder = folder(TABLE);
     folder.write("s.toml", SCENE);

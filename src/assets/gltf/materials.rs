@@ -313,6 +313,11 @@ impl ModelMaterials {
         self.images.used()
     }
 
+    /// The index in the model of a material of the document, if it is used.
+    pub fn place_of(&self, material: usize) -> Option<usize> {
+        self.materials.get(&Some(material)).copied()
+    }
+
     /// The motion of those of these materials that are used, and the place of each by its number.
     pub fn motions(
         &self,

@@ -12,6 +12,7 @@ mod animations;
 mod cameras;
 mod container;
 mod document;
+mod edited;
 mod error;
 mod features;
 mod instancing;
@@ -35,9 +36,10 @@ use super::{
     motion::{Carried, Motion, PartMotion},
 };
 use document::{Document, get};
+use edited::EditedNumbers;
 use error::GltfProblem;
 use glam::DAffine3;
-use moving::{EditedNumbers, Moving};
+use moving::Moving;
 use nodes::PlacedNode;
 use pose::{Pose, PrimitiveUse};
 use variants::Variants;
@@ -99,7 +101,8 @@ fn read(bytes: &[u8], path: &Path, choice: &ModelChoice, files: &Files) -> Resul
     let lights = lights::Lights::new(&document, choice.light_units);
     let played = animations::read(&document, choice.animation.as_ref(), lights.divisor(), &mut model)?;
     animations::check(&document, &played)?;
-    model.material_names = Some(materials::names(&document));
+    let names = materials::names(&document);
+    model.named_materials = Some(names.into_iter().map(|name| (name, None)).collect());
     let edited = EditedNumbers::new(&choice.edited, &model);
     let hidden = hierarchy.hidden(&document);
     let moving = Moving::new(&placed, &played, &edited);
@@ -211,6 +214,9 @@ fn read(bytes: &[u8], path: &Path, choice: &ModelChoice, files: &Files) -> Resul
             .map(|clip| clip.shown(|moved| moving.target(moved, &places)))
             .collect();
         model.motion = Some(Arc::new(motion));
+    }
+    for (number, (_, place)) in model.named_materials.iter_mut().flatten().enumerate() {
+        *place = materials.place_of(number);
     }
     model.meshes = meshes.meshes;
     model.faults.extend(meshes.repairs.faults());

@@ -5,53 +5,10 @@ use std::collections::{BTreeSet, HashMap, HashSet};
 use super::{
     animations::Played,
     document::Document,
+    edited::EditedNumbers,
     nodes::{self, PlacedNode},
 };
-use crate::assets::{
-    model::Model,
-    motion::{EditedParts, MotionNode, Target},
-};
-
-/// The nodes and materials of a document of which values replace some, by their numbers.
-#[derive(Default)]
-pub(super) struct EditedNumbers {
-    /// The nodes by their names.
-    nodes: HashMap<String, usize>,
-    moved: HashSet<usize>,
-    switched: HashSet<usize>,
-    /// The materials with their names.
-    pub materials: Vec<(usize, String)>,
-}
-
-impl EditedNumbers {
-    /// The numbers of these parts of `model`, which has the names of all nodes and materials. Others are left out.
-    pub fn new(edited: &EditedParts, model: &Model) -> Self {
-        let mut numbers = Self::default();
-        if edited.is_empty() {
-            return numbers;
-        }
-        for (number, name) in model.names_of_nodes().into_iter().enumerate() {
-            let (is_moved, is_switched) = (edited.moved.contains(&name), edited.switched.contains(&name));
-            numbers.moved.extend(is_moved.then_some(number));
-            numbers.switched.extend(is_switched.then_some(number));
-            if is_moved || is_switched {
-                numbers.nodes.insert(name, number);
-            }
-        }
-        let materials = model.names_of_materials().into_iter().enumerate();
-        numbers.materials = materials.filter(|(_, name)| edited.materials.contains(name)).collect();
-        numbers
-    }
-
-    pub fn is_empty(&self) -> bool {
-        self.nodes.is_empty() && self.materials.is_empty()
-    }
-
-    /// Whether a node appears and vanishes by itself.
-    pub fn switches(&self, node: usize) -> bool {
-        self.switched.contains(&node)
-    }
-}
+use crate::assets::motion::{MotionNode, Target};
 
 /// The nodes and meshes that the played animations and values move.
 #[derive(Default)]
@@ -76,7 +33,7 @@ impl Moving {
                 .collect(),
             ..Self::default()
         };
-        let mut own = edited.moved.clone();
+        let mut own = edited.moved().clone();
         for channel in played.iter().flat_map(|clip| &clip.channels) {
             match channel.moved {
                 Target::Translation(node) | Target::Rotation(node) | Target::Scale(node) => {
@@ -117,7 +74,7 @@ impl Moving {
 
     /// The places of the nodes that values replace, by their names.
     pub fn named_nodes(&self, edited: &EditedNumbers) -> HashMap<String, usize> {
-        let named = edited.nodes.iter();
+        let named = edited.nodes();
         named
             .filter_map(|(name, node)| Some((name.clone(), self.place_of(*node)?)))
             .collect()
@@ -142,7 +99,7 @@ impl Moving {
             Target::Translation(node) | Target::Rotation(node) | Target::Scale(node) => Some(node),
             _ => None,
         });
-        let replaced: HashSet<usize> = replaced.chain(edited.moved.iter().copied()).collect();
+        let replaced: HashSet<usize> = replaced.chain(edited.moved().iter().copied()).collect();
         let node = |node: &PlacedNode| MotionNode {
             parent: node.parent,
             parent_from_node: node.parent_from_node,

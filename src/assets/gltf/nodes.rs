@@ -7,9 +7,9 @@ use glam::{DAffine3, DMat4, DQuat, DVec3};
 
 use super::{
     document::{Document, get},
+    edited::EditedNumbers,
     error::GltfProblem,
     json::doubles,
-    moving::EditedNumbers,
 };
 use crate::{
     assets::{

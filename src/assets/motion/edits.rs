@@ -4,12 +4,8 @@ use std::collections::BTreeSet;
 
 use glam::{DMat3, DQuat, DVec3};
 
-use super::{Factor, Motion, MotionNode, PartMotion, Trs, factors::MaterialMotion};
-use crate::{
-    assets::model::Model,
-    math::{keys, transform},
-    value::unique_names,
-};
+use super::{Factor, Trs};
+use crate::math::{keys, transform};
 
 /// The nodes and materials of a model of which values replace some, by their names. Which of them these are holds for a whole job.
 #[derive(Clone, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
@@ -144,52 +140,6 @@ impl ModelEdits {
             bits.extend(edit.numbers.map(|v| v.map_or(u64::MAX, |v| v.to_bits().into())));
         }
         bits
-    }
-}
-
-impl Motion {
-    /// The motion of a model of a format without animations, of which these parts are edited.
-    pub fn of_edited(model: &Model, edited: &EditedParts) -> Self {
-        let mut motion = Self::default();
-        let names = unique_names(model.nodes.iter().map(|node| node.name.as_str()));
-        // A part of the model moves and vanishes with the nodes above it.
-        let (mut moves, mut switches) = (Vec::new(), Vec::new());
-        for (number, (node, name)) in model.nodes.iter().zip(&names).enumerate() {
-            let parent = node.parent.filter(|parent| *parent < number);
-            let (is_moved, is_switched) = (edited.moved.contains(name), edited.switched.contains(name));
-            moves.push(is_moved || parent.is_some_and(|parent| moves[parent]));
-            switches.push(is_switched || parent.is_some_and(|parent| switches[parent]));
-            if is_moved || is_switched {
-                motion.named_nodes.insert(name.clone(), number);
-            }
-            motion.nodes.push(MotionNode {
-                parent,
-                parent_from_node: glam::DAffine3::IDENTITY,
-                animated: is_moved.then_some(Trs::IDENTITY),
-                visible: true,
-            });
-        }
-        for (part, instance) in model.instances.iter().enumerate() {
-            let Some(node) = instance.node else { continue };
-            if moves[node] {
-                motion.parts.push(PartMotion {
-                    part,
-                    node,
-                    node_from_mesh: instance.model_from_mesh,
-                });
-            }
-            if switches[node] {
-                motion.switched.push((part, node));
-            }
-        }
-        for (number, name) in model.names_of_materials().into_iter().enumerate() {
-            if edited.materials.contains(&name) {
-                motion.named_materials.insert(name, motion.materials.len());
-                let surface = model.materials[number].surface;
-                motion.materials.push(MaterialMotion::of_surface(number, surface));
-            }
-        }
-        motion
     }
 }
 
