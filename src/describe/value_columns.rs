@@ -1,6 +1,6 @@
 //! The columns of tables of values: which keys they name, how they move, and whether their values are right.
 
-use std::collections::BTreeMap;
+use std::collections::{BTreeMap, HashMap};
 
 use toml::de::DeTable;
 
@@ -52,14 +52,25 @@ impl Values {
             .map(|(entity, path)| (entity, path.inner))
             .collect();
         let mut sources: Vec<(&ValueTable, &ValueColumn)> = Vec::new();
+        let mut names: HashMap<(Entity, Vec<String>), &str> = HashMap::new();
         for (file, ValueFile { path, table }) in files.iter().enumerate() {
             for column in &table.columns {
                 let origin = format!("{}:{}: {}", path.display(), table.header, column.name);
                 let steps: Vec<String> = column.name.split('.').map(str::to_owned).collect();
                 let resolved = resolve(desc, &document, &known, &steps);
-                let Some((entity, path)) = resolved.map_err(|problem| faults.add(origin, problem)).ok() else {
+                let Ok((entity, path)) = resolved.map_err(|problem| faults.add(origin.clone(), problem)) else {
                     continue;
                 };
+                if let Some(other) = names.insert((entity, path.inner.clone()), &column.name) {
+                    let message = format!("`{other}` is the same value: give one of them");
+                    let problem = Problem {
+                        span: None,
+                        message,
+                        help: None,
+                    };
+                    faults.add(origin, problem);
+                    continue;
+                }
                 if set_for_the_job
                     .iter()
                     .any(|(other, inner)| *other == entity && path.inner.starts_with(inner))

@@ -150,3 +150,18 @@ fn values_in_columns_of_the_camera_path_are_shown_and_stay_in_the_file() {
     assert_eq!(page.told("note")["is_error"], false);
     assert_eq!(fly.folder.read("path.csv"), path.replace("\n5,", "\n7,").as_bytes());
 }
+
+#[test]
+fn a_still_of_a_model_by_itself_with_a_table_is_the_file_of_the_job() {
+    let table =
+        "frame,interp,node.0.transform.translate.x,light.light 1.sun.irradiance\n1,linear,0,2\n5,linear,-1,0.5\n";
+    let size = ["--resolution", "24x16", "--samples", "2", "--values", "v.csv"];
+    let fly = Fly::of_files(&[("a.gltf", MOVING_MODEL), ("v.csv", table)], &size);
+    let mut page = fly.page();
+    assert_eq!(page.hello["frames"], json!([1, 5]));
+    let found = stills_and_files(&fly, &mut page, &[4, 1], &[&["a.gltf"], &size[..]].concat());
+    for [still, file] in &found {
+        assert_eq!(still, file);
+    }
+    assert!(found[0][0] != found[1][0]);
+}

@@ -112,6 +112,48 @@ fn a_value_that_is_set_for_the_job_takes_the_place_of_its_columns() {
 }
 
 #[test]
+fn one_value_by_two_names_is_refused_with_both() {
+    let message =
+        read("frame,light.key.point.intensity,light.0.point.intensity\n1,1,1\n").expect_err("it is one value");
+    let expected = "v.csv:1: light.0.point.intensity: `light.key.point.intensity` is the same value";
+    assert!(message.contains(expected), "{message}");
+}
+
+const QUATERNION: &str = "frame,object.a.b.transform.rotate.qx,object.a.b.transform.rotate.qy,\
+                          object.a.b.transform.rotate.qz,object.a.b.transform.rotate.qw";
+
+#[test]
+fn a_quaternion_turns_on_the_shortest_arc_at_an_even_rate() {
+    let quarter = std::f64::consts::FRAC_1_SQRT_2;
+    // The second rotation is that of the opposite sign, by 90 degrees about y.
+    let table = format!("{QUATERNION}\n0,0,0,0,1\n4,0,{},0,{}\n", -quarter, -quarter);
+    let values = read(&table).unwrap_or_else(|e| panic!("{e}"));
+    for frame in [-1.0, 0.0, 1.0, 2.5, 4.0, 9.0] {
+        let found: Vec<f64> = values.at(frame).iter().map(|v| v.parse().expect("a number")).collect();
+        let half = 22.5_f64.to_radians() * frame.clamp(0.0, 4.0) / 2.0;
+        let expected = [0.0, libm::sin(half), 0.0, libm::cos(half)];
+        let dot: f64 = found.iter().zip(expected).map(|(a, b)| a * b).sum();
+        assert!((dot.abs() - 1.0).abs() < 1e-12, "{frame}: {found:?}");
+    }
+}
+
+#[test]
+fn a_quaternion_is_whole_and_has_a_length() {
+    let fault = |rows: &str| read(&format!("{QUATERNION}\n{rows}")).expect_err("it is wrong");
+    let message = fault("0,0,0,0,1\n1,0,0,,1\n");
+    let expected = "v.csv:3: object.a.b.transform.rotate.qz: a row gives all of a quaternion or nothing";
+    assert!(message.contains(expected), "{message}");
+    let message = fault("0,0,0,0,0\n");
+    assert!(
+        message.contains("v.csv:2: ") && message.contains("a length above 0"),
+        "{message}"
+    );
+    let message = read("frame,object.a.b.transform.rotate.qx\n0,1\n").expect_err("it is not whole");
+    assert!(message.contains("needs the columns qx, qy, qz, qw"), "{message}");
+    assert!(read(&format!("{QUATERNION}\n0,,,,\n3,0,0,0,2\n")).is_ok());
+}
+
+#[test]
 fn the_shutter_holds_for_the_whole_job() {
     for name in ["camera.shutter", "camera.shutter.0"] {
         let message = read(&format!("frame,{name}\n0,0.5\n")).expect_err("it is refused");
