@@ -110,7 +110,13 @@ fn converged(size: [u32; 2]) -> Overrides {
 
 /// Renders the scene of a kind. Samplers keep their own number of samples: their noise is what they show.
 fn kind_picture(folder: &str, kind: &str) -> Result<RgbImage, Box<dyn Error>> {
-    let path = repository(&format!("scenes/kinds/{kind}.toml"));
+    // The scene of a kind whose name two rooms have is `light-disk.toml`.
+    let own = repository(&format!("scenes/kinds/{folder}-{kind}.toml"));
+    let path = if own.exists() {
+        own
+    } else {
+        repository(&format!("scenes/kinds/{kind}.toml"))
+    };
     let text = fs::read_to_string(&path)?;
     let settings = match folder {
         "sampler" => sized(KIND_SIZE),

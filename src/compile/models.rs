@@ -310,7 +310,7 @@ impl ModelPlacer<'_> {
         let world_from_scene = DAffine3::from_translation(self.scene.origin());
         for (number, light) in model.lights.iter().enumerate() {
             let place = world_from_scene * placed.place.of(&light.model_from_light);
-            let Some(desc) = model_lights::describe(light, place) else {
+            let Some(desc) = model_lights::describe(light, place, placed.light_radius) else {
                 continue;
             };
             let light = desc.compile(self.scene.origin()).map_err(|problem| AssetError::Light {

@@ -60,6 +60,7 @@ impl Compiler<'_> {
                     moved: self.options.moved.contains(&i),
                     light_group: object.group.as_ref().map(|g| g.as_str().to_owned()),
                     point_radius: mesh.radius.map(|r| r.0),
+                    light_radius: mesh.light_radius,
                 });
                 continue;
             }

@@ -15,7 +15,7 @@ use crate::{
     math::{DAabb, DAffine3, Transform},
     scene::{MeshId, ObjectFromGroup, ObjectId},
     shape::mesh::{Playback, Repeat},
-    value::{Problem, Span, UnknownName},
+    value::{NonNegative, Problem, Span, UnknownName},
 };
 
 /// An object whose geometry is in a file.
@@ -43,6 +43,8 @@ pub(super) struct PlacedModel {
     pub light_group: Option<String>,
     /// Overrides the radius of its points, in m.
     pub point_radius: Option<f32>,
+    /// The radius of its point lights and spots, in m.
+    pub light_radius: Option<NonNegative>,
 }
 
 impl PlacedModel {

@@ -194,7 +194,8 @@ pub struct MaterialEntry {
 ///
 /// Objects with a material that emits light, and an environment map, light the scene as well. Each shadow ray goes to one
 /// light, chosen by how much it may contribute, so thousands of lights cost about as much as ten. An infinite `plane` that
-/// emits light is found by chance only. The `whitted` integrator samples lights differently: see its page.
+/// emits light is found by chance only. Lights with a surface (`rect`, `disk`, `sphere`, `tube`, points and spots with a `radius`) cast
+/// soft shadows and block nothing; the camera sees them only where they say so. The `whitted` integrator samples lights differently: see its page.
 ///
 /// Light is radiometric: 1 cd is 1 W/sr and 1 lux is 1 W/m^2 per channel.
 ///

@@ -159,6 +159,11 @@ impl PathTracer {
             Vertex::Miss(light) => return self.escape(context, light, out),
         };
         let (scene, path) = (context.scene, context.path);
+        if !scene.lights.lamps().is_empty() {
+            // A light that lies in a surface is in front of it, as it is for shadow rays.
+            let rounding = (surface.p.abs().max_element() + surface.t) * 1e-6;
+            self.lamps(context, surface.t + rounding, out);
+        }
         if !path.last.media.is_empty() {
             out.attenuate(scene.transmittance(path.last.media, surface.t - context.ray.tmin));
         }
@@ -236,6 +241,9 @@ impl PathTracer {
     /// Adds the radiance of the background.
     fn escape(&self, context: &VertexContext<'_>, background: &EnvironmentLight, out: &mut ShadingOutput) {
         let (scene, path, w) = (context.scene, context.path, context.ray.d);
+        if !scene.lights.lamps().is_empty() {
+            self.lamps(context, f32::INFINITY, out);
+        }
         if !path.last.media.is_empty() {
             out.attenuate(scene.transmittance(path.last.media, f32::INFINITY));
         }
@@ -252,6 +260,22 @@ impl PathTracer {
                 let weight = self.strategy.weight_of_bsdf(path.last.pdf, || pdf);
                 out.add_radiance(self.limits.clamped(path, 0, l * weight), || scene.group_of(sun));
             }
+        }
+    }
+
+    /// Adds the radiance of the lights with a surface that the ray meets before `end`.
+    #[cold]
+    #[inline(never)]
+    fn lamps(&self, context: &VertexContext<'_>, end: f32, out: &mut ShadingOutput) {
+        let (scene, path, ray) = (context.scene, context.path, context.ray);
+        for hit in scene.lamps_along(ray, end, path.depth == 1) {
+            let density = || hit.pdf * scene.lights.pmf(&receiver(context), hit.light);
+            let weight = self.strategy.weight_of_bsdf(path.last.pdf, density);
+            let mut l = hit.radiance * weight;
+            if !path.last.media.is_empty() {
+                l = l * scene.transmittance(path.last.media, hit.t - ray.tmin);
+            }
+            out.add_radiance(self.limits.clamped(path, 0, l), || scene.group_of(hit.light));
         }
     }
 

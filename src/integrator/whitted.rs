@@ -11,7 +11,7 @@
 //! ```
 //!
 //! Lights without size (points, spots, suns without an `angle`) cast hard shadows, and each of them is sampled at every
-//! surface. Of the others, each sun is sampled once, and so is one emitting surface, chosen by how much light it may
+//! surface. Of the others, each sun and each light with a surface is sampled once, and so is one emitting object, chosen by how much light it may
 //! contribute: soft shadows, with noise that `samples` average out. An environment is visible and appears in mirrors, but it
 //! does not light surfaces; `ambient` does that.
 //!
@@ -63,6 +63,13 @@ impl Integrator for Whitted {
     #[inline(always)]
     fn vertex(&self, context: &VertexContext<'_>, out: &mut ShadingOutput) {
         let scene = context.scene;
+        let end = match context.vertex {
+            Vertex::Surface(surface, _) => surface.t,
+            Vertex::Miss(_) => f32::INFINITY,
+        };
+        for hit in scene.lamps_along(context.ray, end, context.path.depth == 1) {
+            out.add_radiance(hit.radiance, || scene.group_of(hit.light));
+        }
         let surface = match context.vertex {
             Vertex::Surface(surface, _) => surface,
             Vertex::Miss(light) => {

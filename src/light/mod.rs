@@ -7,22 +7,32 @@ use serde::Deserialize;
 use crate::{
     kind::kinds,
     math::{Aabb, DVec3, Rgb, Vec2, Vec3, WorkingSpace},
+    shape::{Shape, ShapeHit},
     value::Problem,
 };
 
+mod aim;
 pub mod area;
 mod area_block;
+mod ball;
 pub mod bounds;
+pub mod disk;
 pub mod environment;
+pub mod lamp;
 mod light_block;
 pub mod point;
+pub mod rect;
+pub mod sphere;
 pub mod spot;
 pub mod sun;
+mod temperature;
 pub mod tree;
+pub mod tube;
 
 pub use crate::math::Sidedness;
 pub use area_block::AreaBlock;
 pub use bounds::{LightBounds, OrientationCone};
+pub use lamp::Sight;
 pub use light_block::LightBlock;
 
 /// Light that arrives at a point from one direction.
@@ -57,9 +67,24 @@ pub trait LightKind {
     /// Converts all colours from Rec. 709 to a working space.
     fn convert_colors(&mut self, space: WorkingSpace);
 
-    /// Whether the light is a disk at infinity: [`LightKind::sample`] reads its numbers, and
-    /// [`LightKind::radiance_towards`] is not always `None`.
+    /// Whether [`LightKind::sample`] reads its numbers.
     fn has_size(&self) -> bool {
+        false
+    }
+
+    /// The surface that rays find, and the rays that find it; `None` for a light at infinity and for one without size.
+    fn surface(&self) -> Option<(Shape, Sight)> {
+        None
+    }
+
+    /// The radiance, in W m^-2 sr^-1, that arrives at `from` along the ray of the unit direction `w` that has this hit on the
+    /// surface, and the density with which [`LightKind::sample`] samples `w`, in sr^-1.
+    fn seen(&self, _from: Vec3, _w: Vec3, _hit: &ShapeHit) -> (Rgb, f32) {
+        (Rgb::BLACK, 0.0)
+    }
+
+    /// Sets the emitter of a block's lane, if a block can hold the light. Returns whether it can.
+    fn put_in_block(&self, _lane: usize, _block: &mut AreaBlock) -> bool {
         false
     }
 
@@ -76,6 +101,10 @@ kinds! {
         "point" => Point(point::PointLight, point::PointDesc),
         "spot" => Spot(spot::SpotLight, spot::SpotDesc),
         "sun" => Sun(sun::SunLight, sun::SunDesc),
+        "rect" => Rect(lamp::Lamp, rect::RectDesc),
+        "disk" => Disk(lamp::Lamp, disk::DiskDesc),
+        "sphere" => Sphere(lamp::Lamp, sphere::SphereDesc),
+        "tube" => Tube(lamp::Lamp, tube::TubeDesc),
     }
     described only {}
     compiled by fn compile(&self, origin: DVec3) -> Result<Light, Problem>;
@@ -93,6 +122,12 @@ kinds! {
     fn strength(&self) -> (Rgb, &'static str);
     /// See [`LightKind::has_size`].
     fn has_size(&self) -> bool;
+    /// See [`LightKind::surface`].
+    fn surface(&self) -> Option<(Shape, Sight)>;
+    /// See [`LightKind::seen`].
+    fn seen(&self, from: Vec3, w: Vec3, hit: &ShapeHit) -> (Rgb, f32);
+    /// See [`LightKind::put_in_block`].
+    fn put_in_block(&self, lane: usize, block: &mut AreaBlock) -> bool;
     /// See [`LightKind::radiance_towards`].
     fn radiance_towards(&self, w: Vec3) -> Option<(Rgb, f32)>;
 }

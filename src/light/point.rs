@@ -1,42 +1,104 @@
-//! A point light, the same in all directions.
+//! A light at a point, or a small ball, the same in all directions.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
 //! | `position` | `[x, y, z]` | m | required |
-//! | `intensity` | number or `[r, g, b]` | W sr^-1 | required |
+//! | `intensity` | number or `[r, g, b]` | W sr^-1 | this or `power` |
+//! | `power` | number or `[r, g, b]`, of all its light | W | this or `intensity` |
+//! | `temperature` | of a black body, which colours the light and keeps its luminance, from 500 to 100000 | K | white |
+//! | `exposure` | number of stops: the light is `2^exposure` times as strong | | 0 |
+//! | `radius` | of the ball, at least 0 | m | 0 |
+//! | `camera` | whether the camera sees the ball | | `false` |
+//! | `reflections` | whether mirrors and other surfaces reflect its picture | | `true` |
 //! | `falloff` | `"inverse-square"` or `"none"` | | `"inverse-square"` |
 //!
 //! ```toml
 //! [[light]]
-//! point = { position = [0, 3, 0], intensity = [40, 40, 36] }
+//! point = { position = [0, 3, 0], intensity = [40, 40, 36], radius = 0.1 }
 //! ```
 //!
-//! With `falloff = "none"` the irradiance does not depend on the distance, as in the first ray
-//! tracers.
+//! With a `radius` shadows are soft, and the light behaves as [`sphere`](sphere.md). With `falloff = "none"` the irradiance does
+//! not depend on the distance, as in the first ray tracers; the light has no `radius` then.
+
+use std::f32::consts::PI;
 
 use serde::Deserialize;
 
-use super::{Falloff, LightBounds, LightKind, LightSample, OrientationCone, is_facing, point_bounds, sample_point};
+use super::{
+    Falloff, LightBounds, LightKind, LightSample, OrientationCone, Sight, ball::Ball, is_facing, point_bounds,
+    sample_point, temperature,
+};
 use crate::{
     math::{DVec3, Rgb, Vec2, Vec3, WorkingSpace},
-    value::{Point, Problem, RgbFactor},
+    shape::{Shape, ShapeHit},
+    value::{Finite, NonNegative, Point, Positive, Problem, RgbFactor, Spanned},
 };
 
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct PointDesc {
-    pub position: Point,
-    pub intensity: RgbFactor,
+    pub position: Spanned<Point>,
+    pub intensity: Option<RgbFactor>,
+    pub power: Option<RgbFactor>,
+    pub temperature: Option<Spanned<Positive>>,
+    pub exposure: Option<Finite>,
+    pub radius: Option<Spanned<NonNegative>>,
+    #[serde(default)]
+    pub camera: bool,
+    pub reflections: Option<bool>,
     #[serde(default)]
     pub falloff: Falloff,
 }
 
 impl PointDesc {
+    /// A point of this intensity, in W sr^-1.
+    pub fn new(position: Spanned<Point>, intensity: RgbFactor) -> Self {
+        Self {
+            position,
+            intensity: Some(intensity),
+            power: None,
+            temperature: None,
+            exposure: None,
+            radius: None,
+            camera: false,
+            reflections: None,
+            falloff: Falloff::InverseSquare,
+        }
+    }
+
+    /// The light, if it were the same in all directions.
     pub fn compile(&self, origin: DVec3) -> Result<PointLight, Problem> {
+        let intensity = match (self.intensity, self.power) {
+            (Some(intensity), None) => intensity.0,
+            (None, Some(power)) => power.0 / (4.0 * PI),
+            (None, None) => {
+                let message = "give its strength by `intensity` or by `power`";
+                return Err(Problem::at(self.position.span(), message));
+            }
+            (Some(_), Some(_)) => {
+                let message = "`intensity` and `power` are both given";
+                return Err(Problem::at(self.position.span(), message));
+            }
+        };
+        let position = self.position.get_ref();
+        let sight = Sight {
+            camera: self.camera,
+            reflections: self.reflections.unwrap_or(true),
+        };
+        let ball = match &self.radius {
+            Some(radius) if radius.get_ref().0 > 0.0 => {
+                if self.falloff == Falloff::None {
+                    return Err(Problem::at(radius.span(), "a light without falloff has no `radius`"));
+                }
+                Some(Ball::new(*position, Positive(radius.get_ref().0), origin, sight)?)
+            }
+            _ => None,
+        };
         Ok(PointLight {
-            position: self.position.relative_to(origin),
-            intensity: self.intensity.0,
+            position: position.relative_to(origin),
+            intensity: intensity * temperature::factor(&self.temperature, self.exposure)?,
             falloff: self.falloff,
+            ball,
         })
     }
 }
@@ -46,6 +108,8 @@ pub struct PointLight {
     pub position: Vec3,
     pub intensity: Rgb,
     pub falloff: Falloff,
+    /// Its surface, if it has one.
+    pub ball: Option<Ball>,
 }
 
 impl PointLight {
@@ -56,22 +120,45 @@ impl PointLight {
             position,
             intensity,
             falloff,
+            ball: None,
         }
+    }
+
+    /// Samples a light with `factor` of this intensity in the unit direction away from it.
+    #[inline]
+    pub(super) fn sample_by(&self, from: Vec3, u: Vec2, factor: impl Fn(Vec3) -> f32) -> Option<LightSample> {
+        let intensity = |wi: Vec3| self.intensity * factor(-wi);
+        match &self.ball {
+            None => sample_point(self.position, from, self.falloff, intensity),
+            Some(ball) => ball.sample(from, u, intensity),
+        }
+    }
+
+    /// The bounds of a light that shines in these directions.
+    pub(super) fn bounds_within(&self, directions: OrientationCone) -> Option<LightBounds> {
+        let bounds = point_bounds(self.position, self.falloff, self.intensity, directions)?;
+        Some(match &self.ball {
+            None => bounds,
+            Some(ball) => LightBounds {
+                bounds: ball.bounds(),
+                ..bounds
+            },
+        })
     }
 }
 
 impl LightKind for PointLight {
     #[inline]
-    fn sample(&self, from: Vec3, _u: Vec2) -> Option<LightSample> {
-        sample_point(self.position, from, self.falloff, |_| self.intensity)
+    fn sample(&self, from: Vec3, u: Vec2) -> Option<LightSample> {
+        self.sample_by(from, u, |_| 1.0)
     }
 
     fn bounds(&self) -> Option<LightBounds> {
-        point_bounds(self.position, self.falloff, self.intensity, OrientationCone::ALL)
+        self.bounds_within(OrientationCone::ALL)
     }
 
     fn reaches(&self, p: Vec3, n: Vec3) -> bool {
-        is_facing(n, self.position - p)
+        self.ball.is_some() || is_facing(n, self.position - p)
     }
 
     fn strength(&self) -> (Rgb, &'static str) {
@@ -80,6 +167,19 @@ impl LightKind for PointLight {
 
     fn convert_colors(&mut self, space: WorkingSpace) {
         self.intensity = space.from_rec709(self.intensity);
+    }
+
+    fn has_size(&self) -> bool {
+        self.ball.is_some()
+    }
+
+    fn surface(&self) -> Option<(Shape, Sight)> {
+        self.ball.map(|ball| (ball.shape, ball.sight))
+    }
+
+    fn seen(&self, from: Vec3, w: Vec3, hit: &ShapeHit) -> (Rgb, f32) {
+        let seen = self.ball.map(|ball| ball.seen(from, w, hit, self.intensity));
+        seen.unwrap_or((Rgb::BLACK, 0.0))
     }
 }
 
@@ -90,9 +190,8 @@ mod tests {
     #[test]
     fn irradiance_falls_with_the_square_of_the_distance_or_not_at_all() {
         let light = |falloff| PointLight {
-            position: Vec3::new(0.0, 2.0, 0.0),
-            intensity: Rgb::gray(8.0),
             falloff,
+            ..PointLight::new(Vec3::new(0.0, 2.0, 0.0), Rgb::gray(8.0))
         };
         let at = |falloff, y| light(falloff).sample(Vec3::new(0.0, y, 0.0), Vec2::ZERO).expect("lit");
         assert_eq!(at(Falloff::InverseSquare, 0.0).li, Rgb::gray(2.0));

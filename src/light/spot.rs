@@ -7,7 +7,13 @@
 //! | `direction` | direction of the axis, `[x, y, z]` | | this or `target` |
 //! | `cone_angle` | angle from the axis to the edge of the cone, above 0 and at most 180 | degrees | required |
 //! | `penumbra_angle` | width of the soft edge inside the cone, from 0 to `cone_angle` | degrees | 0 |
-//! | `intensity` | number or `[r, g, b]`, along the axis | W sr^-1 | required |
+//! | `intensity` | number or `[r, g, b]`, along the axis | W sr^-1 | this or `power` |
+//! | `power` | number or `[r, g, b]`, 4 pi times the `intensity`: the light that it would give without its cone | W | this or `intensity` |
+//! | `temperature` | of a black body, which colours the light and keeps its luminance, from 500 to 100000 | K | white |
+//! | `exposure` | number of stops: the light is `2^exposure` times as strong | | 0 |
+//! | `radius` | of the ball that shines, at least 0 | m | 0 |
+//! | `camera` | whether the camera sees the ball | | `false` |
+//! | `reflections` | whether mirrors and other surfaces reflect its picture | | `true` |
 //! | `falloff` | `"inverse-square"` or `"none"` | | `"inverse-square"` |
 //!
 //! ```toml
@@ -15,17 +21,22 @@
 //! spot = { position = [0, 5, 0], target = [0, 0, 0], cone_angle = 30, penumbra_angle = 5, intensity = 100 }
 //! ```
 //!
+//! Blender's spots of as many watts of `power` give the same picture. With a `radius` shadows are soft, and the light behaves as
+//! [`sphere`](sphere.md).
+//!
 //! Within `cone_angle - penumbra_angle` of the axis the intensity is full. From there to `cone_angle` it falls by a
 //! smoothstep over the cosine, as in Pharr, Jakob, Humphreys, "Physically Based Rendering", 4th ed., section 12.2.1.
 
 use serde::Deserialize;
 
 use super::{
-    Falloff, LightBounds, LightKind, LightSample, OrientationCone, Sidedness, is_facing, point_bounds, sample_point,
+    Falloff, LightBounds, LightKind, LightSample, OrientationCone, Sidedness, Sight, aim,
+    point::{PointDesc, PointLight},
 };
 use crate::{
     math::{DVec3, Rgb, Vec2, Vec3, WorkingSpace, trig},
-    value::{Direction, NonNegative, Point, Positive, Problem, RgbFactor, Spanned},
+    shape::{Shape, ShapeHit},
+    value::{Direction, Finite, NonNegative, Point, Positive, Problem, RgbFactor, Spanned},
 };
 
 #[derive(Clone, Debug, Deserialize)]
@@ -37,30 +48,36 @@ pub struct SpotDesc {
     pub cone_angle: Spanned<Positive>,
     #[serde(default)]
     pub penumbra_angle: Option<Spanned<NonNegative>>,
-    pub intensity: RgbFactor,
+    pub intensity: Option<RgbFactor>,
+    pub power: Option<RgbFactor>,
+    pub temperature: Option<Spanned<Positive>>,
+    pub exposure: Option<Finite>,
+    pub radius: Option<Spanned<NonNegative>>,
+    #[serde(default)]
+    pub camera: bool,
+    pub reflections: Option<bool>,
     #[serde(default)]
     pub falloff: Falloff,
 }
 
 impl SpotDesc {
+    /// The light without its cone.
+    fn point(&self) -> PointDesc {
+        PointDesc {
+            position: self.position.clone(),
+            intensity: self.intensity,
+            power: self.power,
+            temperature: self.temperature.clone(),
+            exposure: self.exposure,
+            radius: self.radius.clone(),
+            camera: self.camera,
+            reflections: self.reflections,
+            falloff: self.falloff,
+        }
+    }
+
     pub fn compile(&self, origin: DVec3) -> Result<SpotLight, Problem> {
-        let position = *self.position.get_ref();
-        let axis = match (&self.target, &self.direction) {
-            (Some(target), None) => (target.get_ref().0 - position.0)
-                .try_normalize()
-                .ok_or_else(|| Problem::at(target.span(), "`target` lies at `position`"))?
-                .as_vec3(),
-            (None, Some(direction)) => direction.get_ref().0,
-            (Some(_), Some(direction)) => {
-                return Err(Problem::at(direction.span(), "`target` and `direction` are both given"));
-            }
-            (None, None) => {
-                return Err(Problem::at(
-                    self.position.span(),
-                    "a spot needs `target` or `direction`",
-                ));
-            }
-        };
+        let axis = aim::axis("spot", &self.position, &self.target, &self.direction)?;
         let cone = self.cone_angle.get_ref().0;
         if cone > 180.0 {
             let message = format!("expected an angle of at most 180, found {cone}");
@@ -72,25 +89,22 @@ impl SpotDesc {
             return Err(Problem::at(p.span(), message));
         }
         Ok(SpotLight {
-            position: position.relative_to(origin),
+            point: self.point().compile(origin)?,
             axis,
             cos_outer: trig::cos(trig::radians(cone)),
             cos_inner: trig::cos(trig::radians(cone - penumbra)),
-            intensity: self.intensity.0,
-            falloff: self.falloff,
         })
     }
 }
 
 #[derive(Clone, Copy, Debug)]
 pub struct SpotLight {
-    pub position: Vec3,
+    /// The light without its cone.
+    pub point: PointLight,
     /// The unit direction of the axis.
     pub axis: Vec3,
     pub cos_outer: f32,
     pub cos_inner: f32,
-    pub intensity: Rgb,
-    pub falloff: Falloff,
 }
 
 impl SpotLight {
@@ -109,34 +123,44 @@ impl SpotLight {
 
 impl LightKind for SpotLight {
     #[inline]
-    fn sample(&self, from: Vec3, _u: Vec2) -> Option<LightSample> {
-        sample_point(self.position, from, self.falloff, |wi| {
-            self.intensity * self.profile(-wi.dot(self.axis))
-        })
+    fn sample(&self, from: Vec3, u: Vec2) -> Option<LightSample> {
+        self.point.sample_by(from, u, |w| self.profile(w.dot(self.axis)))
     }
 
     fn bounds(&self) -> Option<LightBounds> {
         // The inner cone bounds the normals, the outer one the emission.
         let penumbra = trig::acos(self.cos_outer) - trig::acos(self.cos_inner);
-        let directions = OrientationCone {
+        self.point.bounds_within(OrientationCone {
             axis: self.axis,
             cos_o: self.cos_inner,
             cos_e: trig::cos(penumbra),
             sidedness: Sidedness::Front,
-        };
-        point_bounds(self.position, self.falloff, self.intensity, directions)
+        })
     }
 
     fn reaches(&self, p: Vec3, n: Vec3) -> bool {
-        is_facing(n, self.position - p)
+        self.point.reaches(p, n)
     }
 
     fn strength(&self) -> (Rgb, &'static str) {
-        (self.intensity, "W sr^-1")
+        self.point.strength()
     }
 
     fn convert_colors(&mut self, space: WorkingSpace) {
-        self.intensity = space.from_rec709(self.intensity);
+        self.point.convert_colors(space);
+    }
+
+    fn has_size(&self) -> bool {
+        self.point.has_size()
+    }
+
+    fn surface(&self) -> Option<(Shape, Sight)> {
+        self.point.surface()
+    }
+
+    fn seen(&self, from: Vec3, w: Vec3, hit: &ShapeHit) -> (Rgb, f32) {
+        let (l, pdf) = self.point.seen(from, w, hit);
+        (l * self.profile(-w.dot(self.axis)), pdf)
     }
 }
 

@@ -4,6 +4,8 @@
 //! |---|---|---|---|
 //! | `direction` | direction in which the light travels, `[x, y, z]` | | required |
 //! | `irradiance` | number or `[r, g, b]`, on a surface that faces the sun | W m^-2 | required |
+//! | `temperature` | of a black body, which colours the light and keeps its luminance, from 500 to 100000 | K | white |
+//! | `exposure` | number of stops: the light is `2^exposure` times as strong | | 0 |
 //! | `angle` | diameter of the sun's disk, from 0 to 90; the real sun has 0.53 | degrees | 0 |
 //!
 //! ```toml
@@ -18,10 +20,10 @@ use std::f32::consts::{PI, TAU};
 
 use serde::Deserialize;
 
-use super::{LightBounds, LightKind, LightSample};
+use super::{LightBounds, LightKind, LightSample, temperature};
 use crate::{
     math::{DVec3, Frame, Rgb, Vec2, Vec3, WorkingSpace, trig},
-    value::{Direction, NonNegative, Problem, RgbFactor, Spanned},
+    value::{Direction, Finite, NonNegative, Positive, Problem, RgbFactor, Spanned},
 };
 
 #[derive(Clone, Debug, Deserialize)]
@@ -29,6 +31,8 @@ use crate::{
 pub struct SunDesc {
     pub direction: Direction,
     pub irradiance: RgbFactor,
+    pub temperature: Option<Spanned<Positive>>,
+    pub exposure: Option<Finite>,
     #[serde(default)]
     pub angle: Option<Spanned<NonNegative>>,
 }
@@ -40,7 +44,8 @@ impl SunDesc {
             let message = format!("expected an angle of at most 90, found {angle}");
             return Err(Problem::at(given.span(), message));
         }
-        Ok(SunLight::new(self.direction.0, self.irradiance.0).with_angle(trig::radians(angle)))
+        let irradiance = self.irradiance.0 * temperature::factor(&self.temperature, self.exposure)?;
+        Ok(SunLight::new(self.direction.0, irradiance).with_angle(trig::radians(angle)))
     }
 }
 

@@ -219,7 +219,8 @@ impl Scene {
     fn set_area_light(&self, light: LightId, lane: usize, to: &mut FiniteLights) -> bool {
         let is_set = match self.lights.source(light) {
             LightSource::Emitter(emitter) => self.set_emitter(emitter, lane, &mut to.block),
-            LightSource::Analytic(_) | LightSource::Background => false,
+            LightSource::Analytic(own) => own.put_in_block(lane, &mut to.block),
+            LightSource::Background => false,
         };
         to.lights[lane] = is_set.then_some(light);
         is_set

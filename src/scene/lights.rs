@@ -9,7 +9,7 @@
 
 use std::sync::Arc;
 
-use super::{EmitterId, Emitters, LightId, SceneGeometry, SceneShading};
+use super::{EmitterId, Emitters, LightId, SceneGeometry, SceneShading, lamps::Lamps};
 use crate::{
     light::{
         Light,
@@ -98,6 +98,7 @@ pub struct Lights {
     infinite: Vec<LightId>,
     /// The `infinite` lights with a disk of nonzero size.
     suns: Vec<LightId>,
+    lamps: Lamps,
     /// The finite analytic lights, by their numbers in the tree.
     points: Vec<LightId>,
     point_tree: LightTree,
@@ -125,7 +126,7 @@ impl Lights {
                 }
                 None => infinite.push(id),
             }
-            if light.has_size() {
+            if light.has_size() && light.bounds().is_none() {
                 suns.push(id);
             }
         }
@@ -142,6 +143,7 @@ impl Lights {
         };
         Self {
             families: LightFamily::ALL.into_iter().filter(has_family).collect(),
+            lamps: Lamps::of(&all),
             all,
             emitters,
             background: radiance.is_sampled().then_some(background),
@@ -232,6 +234,12 @@ impl Lights {
             let found = self.all[id.0 as usize].radiance_towards(w);
             found.map(|(l, pdf)| (id, l, pdf))
         })
+    }
+
+    /// The lights with a surface that rays find.
+    #[inline]
+    pub fn lamps(&self) -> &Lamps {
+        &self.lamps
     }
 
     fn reaches(&self, light: LightId, at: &LightSampleContext) -> bool {

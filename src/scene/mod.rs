@@ -28,6 +28,7 @@ pub mod first_hit;
 mod halves;
 pub mod instance;
 pub mod interaction;
+pub mod lamps;
 pub mod light_component;
 pub mod light_groups;
 mod light_samples;
@@ -53,6 +54,7 @@ pub use first_hit::FirstHit;
 pub use halves::{SceneGeometry, SceneShading, ShadingUpdate};
 pub use instance::{InstanceRecord, ObjectFromGroup};
 pub use interaction::SurfaceInteraction;
+pub use lamps::{LampHit, Lamps};
 pub use light_component::Component;
 pub use light_groups::{LightGroup, LightGroups};
 pub use light_samples::{FamilyBlock, LightNumbers, LightSamples};
@@ -237,6 +239,13 @@ impl Scene {
         self.lights
             .suns(w)
             .map(|(light, l, pdf)| (light, l, pdf * self.lights.pmf(at, light)))
+    }
+
+    /// The lights with a surface that a ray of unit direction meets before `end`, for a ray that comes straight from the camera or
+    /// for another one.
+    pub fn lamps_along(&self, ray: &Ray, end: f32, is_from_camera: bool) -> impl Iterator<Item = LampHit> {
+        let ray = Ray { tmax: end, ..*ray };
+        self.lights.lamps().along(self.lights.all(), ray, is_from_camera)
     }
 
     /// The density, in sr^-1, with which light sampling at `at` samples the unit direction `w`, along which a ray from `at`

@@ -63,6 +63,17 @@ impl CylinderDesc {
 pub struct Cylinder(Round);
 
 impl Cylinder {
+    /// A wall without caps around the unit `axis` from `base` on, which only rays that enter it meet.
+    pub fn wall(base: Vec3, axis: Vec3, height: f32, radius: f32) -> Self {
+        Self(Round {
+            base,
+            radius,
+            height,
+            parts: Parts::OpenFromOutside,
+            axis: Axis::new(axis),
+        })
+    }
+
     /// The areas of wall, base and top, in m^2.
     fn areas(&self) -> [f64; 3] {
         let (r, h) = (f64::from(self.0.radius), f64::from(self.0.height));

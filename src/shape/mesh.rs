@@ -7,6 +7,7 @@
 //! | `variant` | name of a material variant of a glTF file | | the file's default materials |
 //! | `lights` | `true` or `false`: whether the lights of a glTF file shine | | `false`, with a warning |
 //! | `light_units` | unit of these lights: `"auto"`, `"photometric"` or `"unitless"` | | `"auto"` |
+//! | `light_radius` | radius of its point lights and spots, at least 0; files do not say it, and soft shadows need it | m | 0 |
 //! | `animation` | name of an animation of a glTF file, a list of names, or `"all"`: those that are played | | none, with a warning |
 //! | `start` | number: the time at which they begin | s | 0 |
 //! | `speed` | number: seconds of the animation in a second; below 0 they run backwards from their last key | | 1 |
@@ -89,7 +90,7 @@ use thiserror::Error;
 use crate::{
     kind::named,
     math::{Aabb, DVec2, DVec3, Vec2, Vec3, Vec4, origin},
-    value::{Positive, Spanned},
+    value::{NonNegative, Positive, Spanned},
 };
 
 #[derive(Clone, Debug, Deserialize)]
@@ -102,6 +103,8 @@ pub struct MeshDesc {
     pub lights: Option<bool>,
     #[serde(default)]
     pub light_units: LightUnits,
+    /// The radius of its point lights and spots.
+    pub light_radius: Option<NonNegative>,
     /// The animations that are played; without it none are, and a warning says so.
     pub animation: Option<AnimationChoice>,
     pub start: Option<Precise>,

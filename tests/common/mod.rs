@@ -102,6 +102,13 @@ pub fn stderr(output: &Output) -> String {
     String::from_utf8(output.stderr.clone()).expect("UTF-8")
 }
 
+/// The name of the scene of a kind, without its ending. Where two rooms have a kind of the name, one of the two is named after its room.
+pub fn kind_scene(room: &str, kind: &str) -> String {
+    let own = format!("{room}-{kind}");
+    let exists = repo(&format!("scenes/kinds/{own}.toml")).is_file();
+    if exists { own } else { kind.to_owned() }
+}
+
 /// A file of the repository.
 pub fn repo(path: &str) -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join(path)

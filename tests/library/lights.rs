@@ -34,7 +34,7 @@ material = "ball"
 shape.sphere = { center = [0, 0.7, 0], radius = 0.7 }
 "#;
 
-const LIGHTS: [(&str, &str); 4] = [
+const LIGHTS: [(&str, &str); 5] = [
     (
         "one lamp, stretched",
         r#"
@@ -79,6 +79,23 @@ point = { position = [2, 2, 2], intensity = 4 }
 spot = { position = [-2, 3, 1], target = [0, 0, 0], cone_angle = 40, intensity = 8 }
 [background]
 color = [0.1, 0.2, 0.3]
+"#,
+    ),
+    (
+        "a light of each kind with a surface",
+        r#"
+[[light]]
+rect = { position = [-1.5, 2.5, 1], target = [0, 0.5, 0], size = [1.5, 0.6], power = 30, temperature = 3500 }
+[[light]]
+disk = { position = [2, 1.5, 0], direction = [-1, -0.4, 0], radius = 0.5, power = 8, spread = 0.6, two_sided = true }
+[[light]]
+sphere = { position = [0.9, 0.4, 1.4], radius = 0.3, radiance = [1, 2, 3], camera = true }
+[[light]]
+tube = { from = [-1, 1.2, -1.5], to = [1, 2.2, -1.5], radius = 0.1, power = 20 }
+[[light]]
+spot = { position = [0, 3, 1], target = [0, 0, 0], cone_angle = 40, penumbra_angle = 20, power = 60, radius = 0.4 }
+[[light]]
+point = { position = [-2, 1.5, -1], intensity = 2, radius = 0.3, reflections = false }
 "#,
     ),
     (

@@ -14,25 +14,31 @@ use batch_render::{
 };
 use libtest_mimic::{Failed, Trial};
 
-/// The names of all kinds of all registries.
-const REGISTRIES: [&[&str]; 10] = [
-    ShapeDesc::NAMES,
-    PatternDesc::NAMES,
-    MappingDesc::NAMES,
-    MaterialDesc::NAMES,
-    LightDesc::NAMES,
-    CameraDesc::NAMES,
-    IntegratorDesc::NAMES,
-    FilterDesc::NAMES,
-    SamplerDesc::NAMES,
-    BackgroundDesc::NAMES,
+/// The names of all kinds of all registries, with the name of the registry.
+const REGISTRIES: [(&str, &[&str]); 10] = [
+    ("shape", ShapeDesc::NAMES),
+    ("texture", PatternDesc::NAMES),
+    ("mapping", MappingDesc::NAMES),
+    ("material", MaterialDesc::NAMES),
+    ("light", LightDesc::NAMES),
+    ("camera", CameraDesc::NAMES),
+    ("integrator", IntegratorDesc::NAMES),
+    ("filter", FilterDesc::NAMES),
+    ("sampler", SamplerDesc::NAMES),
+    ("background", BackgroundDesc::NAMES),
 ];
 
 pub fn trials() -> Vec<Trial> {
-    let kinds = REGISTRIES.concat();
+    let kinds: Vec<String> = REGISTRIES
+        .iter()
+        .flat_map(|(room, kinds)| kinds.iter().map(|kind| crate::common::kind_scene(room, kind)))
+        .collect();
     let mut trials: Vec<Trial> = kinds
         .iter()
-        .map(|&kind| trial!(format!("scene {kind}"), move || scene_renders(kind)))
+        .map(|kind| {
+            let kind = kind.clone();
+            trial!(format!("scene {kind}"), move || scene_renders(&kind))
+        })
         .collect();
     let known: Vec<String> = kinds.iter().map(|k| format!("{k}.toml")).collect();
     trials.push(trial!("no scene without a kind", move || {

@@ -304,7 +304,7 @@ impl Registry {
     fn page(&self, source: &str, file: &str, kinds: &[&str]) -> Page {
         let root = "../".repeat(2 + file.matches('/').count());
         let scene = |kind: &&str| {
-            let scene = format!("scenes/kinds/{kind}.toml");
+            let scene = format!("scenes/kinds/{}.toml", crate::common::kind_scene(self.name, kind));
             let exists = repo(&scene).is_file();
             exists.then(|| format!("[{scene}]({root}{scene})"))
         };

@@ -12,6 +12,12 @@ use crate::{
 
 /// Examples of colours that the first examples of the manual pages cannot hold.
 const EXAMPLES: &[&str] = &[
+    "rect = { position = [0, 1, 0], direction = [0, -1, 0], size = [1, 1], radiance = 1 }",
+    "disk = { position = [0, 1, 0], direction = [0, -1, 0], radius = 1, radiance = 1 }",
+    "sphere = { position = [0, 1, 0], radius = 1, radiance = 1 }",
+    "tube = { from = [0, 1, 0], to = [0, 2, 0], radius = 1, radiance = 1 }",
+    "point = { position = [0, 1, 0], power = 1 }",
+    "spot = { position = [0, 1, 0], direction = [0, -1, 0], cone_angle = 9, power = 1 }",
     "metal = { eta = 0.2, k = 3 }",
     "glass = { ior = 1.5 }",
     "glass = { attenuation_color = 0.5, attenuation_distance = 1 }",

@@ -2,8 +2,8 @@
 
 use super::*;
 use crate::{
-    light::{Falloff, environment::Environment, point::PointLight, spot::SpotLight, sun::SunLight},
-    math::{DMat3, WorkingSpace},
+    light::{Falloff, LightDesc, environment::Environment, point::PointLight, spot::SpotLight, sun::SunLight},
+    math::{DMat3, DVec3, WorkingSpace},
     texture::Bitmap,
 };
 
@@ -47,13 +47,18 @@ fn all_kinds() -> Scene {
         ..PointLight::new(Vec3::new(0.0, 9.0, 0.0), Rgb::gray(0.1))
     }));
     builder.light(Light::Spot(SpotLight {
-        position: Vec3::new(0.0, 4.0, 0.0),
+        point: PointLight::new(Vec3::new(0.0, 4.0, 0.0), Rgb::gray(9.0)),
         axis: -Vec3::Y,
         cos_outer: 0.6,
         cos_inner: 0.9,
-        intensity: Rgb::gray(9.0),
-        falloff: Falloff::InverseSquare,
     }));
+    for text in [
+        "rect = { position = [2, 3, 1], target = [0, 0, 0], size = [1, 2], power = 30, spread = 0.5 }",
+        "point = { position = [-2, 2, 0], power = 50, radius = 0.4 }",
+    ] {
+        let lamp: LightDesc = toml::from_str(text).expect("a light");
+        builder.light(lamp.compile(DVec3::ZERO).expect("valid"));
+    }
     let sun = SunLight::new(Vec3::new(0.6, -0.8, 0.0), Rgb::gray(0.5));
     builder.light(Light::Sun(sun));
     builder.light(Light::Sun(sun.with_angle(0.2)));
@@ -76,7 +81,7 @@ fn receivers() -> impl Iterator<Item = LightSampleContext> {
 fn lights_of_every_kind_are_chosen_as_often_as_their_probability_says() {
     let scene = all_kinds();
     let count = scene.lights.count();
-    assert_eq!(count, 8 + 9 + 2 + 1);
+    assert_eq!(count, 10 + 9 + 2 + 1);
     for at in receivers() {
         let draws = 4000;
         let mut found = vec![0_u32; count as usize];

@@ -1,0 +1,259 @@
+//! The common part of lights with a surface.
+//!
+//! They are no objects: they block no ray and cast no shadow. Light sampling finds them as any light; rays of the path that
+//! meet their surface find them too ([`LightKind::seen`]), and pass on.
+
+use std::f32::consts::{FRAC_PI_2, PI};
+
+use super::{AreaBlock, LightBounds, LightKind, LightSample, OrientationCone, Sidedness, area};
+use crate::{
+    math::{Ray, Rgb, Vec2, Vec3, WorkingSpace},
+    shape::{Shape, ShapeHit},
+    value::{Finite, Positive, Problem, RgbFactor, Span, Spanned, UnitInterval},
+};
+
+/// The rays that find the surface of a light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Sight {
+    /// Rays that come straight from the camera.
+    pub camera: bool,
+    /// Rays that a surface reflects or transmits.
+    pub reflections: bool,
+}
+
+/// Declares the description of a light with a surface: its own keys, and those that all of them have.
+macro_rules! lamp_desc {
+    ($(#[$meta:meta])* pub struct $Name:ident { $( $(#[$own:meta])* pub $key:ident: $Type:ty, )* }) => {
+        $(#[$meta])*
+        #[derive(Clone, Debug, serde::Deserialize)]
+        #[serde(deny_unknown_fields)]
+        pub struct $Name {
+            $( $(#[$own])* pub $key: $Type, )*
+            pub power: Option<$crate::value::RgbFactor>,
+            pub radiance: Option<$crate::value::RgbFactor>,
+            pub temperature: Option<$crate::value::Spanned<$crate::value::Positive>>,
+            pub exposure: Option<$crate::value::Finite>,
+            #[serde(default)]
+            pub camera: bool,
+            pub reflections: Option<bool>,
+        }
+
+        impl $Name {
+            /// The keys that all lights with a surface have; `span` is where the light is described.
+            fn glow(&self, span: $crate::value::Span) -> $crate::light::lamp::Glow<'_> {
+                $crate::light::lamp::Glow {
+                    span,
+                    power: self.power,
+                    radiance: self.radiance,
+                    temperature: &self.temperature,
+                    exposure: self.exposure,
+                    sight: $crate::light::lamp::Sight {
+                        camera: self.camera,
+                        reflections: self.reflections.unwrap_or(true),
+                    },
+                }
+            }
+        }
+    };
+}
+
+pub(super) use lamp_desc;
+
+/// The description of the light that a surface emits.
+pub(super) struct Glow<'a> {
+    pub span: Span,
+    pub power: Option<RgbFactor>,
+    pub radiance: Option<RgbFactor>,
+    pub temperature: &'a Option<Spanned<Positive>>,
+    pub exposure: Option<Finite>,
+    pub sight: Sight,
+}
+
+impl Glow<'_> {
+    /// The lamp of this surface.
+    ///
+    /// # Errors
+    /// The light has no strength or two, or its temperature is out of range.
+    pub fn lamp(self, shape: Shape, sidedness: Sidedness, spread: Option<UnitInterval>) -> Result<Lamp, Problem> {
+        let factor = super::temperature::factor(self.temperature, self.exposure)?;
+        let sides = if sidedness == Sidedness::Both { 2.0 } else { 1.0 };
+        let radiance = match (self.power, self.radiance) {
+            (Some(power), None) => power.0 / (PI * shape.area() * sides),
+            (None, Some(radiance)) => radiance.0,
+            (None, None) => return Err(Problem::at(self.span, "give its strength by `power` or by `radiance`")),
+            (Some(_), Some(_)) => return Err(Problem::at(self.span, "`power` and `radiance` are both given")),
+        };
+        Ok(Lamp {
+            shape,
+            radiance: radiance * factor,
+            sidedness,
+            focus: spread.and_then(|spread| Focus::new(spread.0)),
+            sight: self.sight,
+        })
+    }
+}
+
+/// How the light of a flat surface is concentrated about its normal: the grid of a soft box, whose cells hide more of the surface the
+/// more aslant it is seen. The power does not depend on it.
+#[derive(Clone, Copy, Debug)]
+struct Focus {
+    /// The tangent of the largest angle from the normal.
+    tan: f32,
+    /// The factor that keeps the power.
+    scale: f32,
+}
+
+impl Focus {
+    /// `None` for a spread of 1, which concentrates nothing.
+    fn new(spread: f32) -> Option<Self> {
+        let h = f64::from(spread.max(1e-4) * FRAC_PI_2);
+        let tan = libm::tan(h);
+        // The power is 2 pi times the integral of (tan h - tan a) cos a sin a over the angle a: pi (tan h - h).
+        let rest = if h < 0.02 {
+            h * h * h * (1.0 / 3.0 + h * h * 2.0 / 15.0)
+        } else {
+            tan - h
+        };
+        (spread < 1.0).then(|| Self {
+            tan: tan as f32,
+            scale: (1.0 / rest) as f32,
+        })
+    }
+
+    /// The radiance, in parts of that of an unfocused surface, at this cosine from the normal.
+    #[inline]
+    fn factor(&self, cos: f32) -> f32 {
+        let tan = (1.0 - cos * cos).max(0.0).sqrt() / cos;
+        (self.tan - tan).max(0.0) * self.scale
+    }
+}
+
+/// A light with a surface that emits alike everywhere.
+#[derive(Clone, Copy, Debug)]
+pub struct Lamp {
+    shape: Shape,
+    /// In W m^-2 sr^-1, without focus.
+    radiance: Rgb,
+    sidedness: Sidedness,
+    focus: Option<Focus>,
+    sight: Sight,
+}
+
+impl Lamp {
+    /// The radiance in the direction with this cosine from the normal, in W m^-2 sr^-1.
+    #[inline]
+    fn towards(&self, front_cos: f32) -> Rgb {
+        let cos = if self.sidedness == Sidedness::Both {
+            front_cos.abs()
+        } else {
+            front_cos
+        };
+        if cos <= 0.0 {
+            return Rgb::BLACK;
+        }
+        self.focus
+            .map_or(self.radiance, |focus| self.radiance * focus.factor(cos))
+    }
+}
+
+impl LightKind for Lamp {
+    #[inline]
+    fn sample(&self, from: Vec3, u: Vec2) -> Option<LightSample> {
+        sample_surface(&self.shape, from, u, self.sight, |cos, _| self.towards(cos))
+    }
+
+    fn bounds(&self) -> Option<LightBounds> {
+        let bounds = self.shape.bounds();
+        let Some(normal) = self.shape.flat_normal() else {
+            // The mean projected area of a convex body is a quarter of its surface (Cauchy).
+            return Some(LightBounds {
+                bounds,
+                directions: OrientationCone::ALL,
+                power: self.radiance.mean() * self.shape.area() * 0.25,
+            });
+        };
+        let widest = self
+            .focus
+            .map_or(0.0, |focus| 1.0 / (1.0 + focus.tan * focus.tan).sqrt());
+        Some(LightBounds {
+            bounds,
+            directions: OrientationCone {
+                cos_e: widest,
+                ..OrientationCone::flat(normal, self.sidedness)
+            },
+            power: self.towards(1.0).mean() * self.shape.area(),
+        })
+    }
+
+    fn reaches(&self, _p: Vec3, _n: Vec3) -> bool {
+        true
+    }
+
+    fn strength(&self) -> (Rgb, &'static str) {
+        (self.radiance, "W m^-2 sr^-1")
+    }
+
+    fn convert_colors(&mut self, space: WorkingSpace) {
+        self.radiance = space.from_rec709(self.radiance);
+    }
+
+    fn has_size(&self) -> bool {
+        true
+    }
+
+    fn surface(&self) -> Option<(Shape, Sight)> {
+        Some((self.shape, self.sight))
+    }
+
+    #[inline]
+    fn seen(&self, from: Vec3, w: Vec3, hit: &ShapeHit) -> (Rgb, f32) {
+        see_surface(&self.shape, from, w, hit, |cos| self.towards(cos))
+    }
+
+    #[inline]
+    fn put_in_block(&self, lane: usize, block: &mut AreaBlock) -> bool {
+        let is_plain = self.focus.is_none() && self.sight.reflections;
+        block.set_emission(lane, self.radiance, self.sidedness);
+        is_plain && self.shape.put_in_block(lane, &mut block.points)
+    }
+}
+
+/// Samples the light of a surface at `from`; `radiance` is that at a cosine from the normal and against the unit direction to the light.
+///
+/// Where rays of reflections do not find the surface, light sampling must find all of its light, so that the sample has no density to weigh
+/// it against.
+#[inline]
+pub(super) fn sample_surface(
+    shape: &Shape,
+    from: Vec3,
+    u: Vec2,
+    sight: Sight,
+    radiance: impl Fn(f32, Vec3) -> Rgb,
+) -> Option<LightSample> {
+    let (point, _) = area::sample_shape(shape, None, from, u)?;
+    let sample = point.light(from, Rgb::BLACK)?;
+    let li = radiance(-point.ng.dot(sample.wi), sample.wi);
+    let (li, pdf) = if sight.reflections {
+        (li, sample.pdf)
+    } else {
+        (li / point.pdf, None)
+    };
+    (!li.is_black()).then_some(LightSample { li, pdf, ..sample })
+}
+
+/// The radiance that a surface sends to `from` from the hit of the ray along the unit direction `w`, and the density with which
+/// [`sample_surface`] samples `w`, in sr^-1; `radiance` is that at a cosine from the normal.
+#[inline]
+pub(super) fn see_surface(
+    shape: &Shape,
+    from: Vec3,
+    w: Vec3,
+    hit: &ShapeHit,
+    radiance: impl Fn(f32) -> Rgb,
+) -> (Rgb, f32) {
+    let ng = shape.surface(&Ray::new(from, w), hit).ng;
+    (radiance(-ng.dot(w)), area::pdf_shape(shape, None, from, w, hit))
+}
+
+#[cfg(test)]
+mod tests;

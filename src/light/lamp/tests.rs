@@ -1,0 +1,175 @@
+//! Lights with a surface: what light sampling finds is what rays find, and the power is that of the file.
+
+use crate::{
+    light::{Light, LightDesc, LightSample},
+    math::{DVec3, Ray, Vec2, Vec3, hash::mix32, hash::unit_f32},
+};
+
+const LAMPS: [&str; 8] = [
+    "rect = { position = [1, 3, 2], target = [0, 0, 0], size = [2, 1], power = 60, temperature = 4000 }",
+    "rect = { position = [0, 3, 0], direction = [0, -1, 0], size = [0.1, 4], radiance = [1, 2, 3], two_sided = true }",
+    "rect = { position = [0, 3, 0], direction = [0.1, -1, 0], size = [1, 1], power = 9, spread = 0.3 }",
+    "disk = { position = [0, 3, 0], direction = [0, -1, 0.5], radius = 0.5, power = 40, spread = 0.7 }",
+    "sphere = { position = [0, 2.5, 0], radius = 0.4, power = 60, exposure = 1.5 }",
+    "tube = { from = [-1, 2.5, 0], to = [1, 2.5, 0.5], radius = 0.1, power = 36 }",
+    "point = { position = [0, 3, 0], power = 100, radius = 0.3 }",
+    "spot = { position = [0, 5, 0], target = [0, 0, 0], cone_angle = 40, penumbra_angle = 15, intensity = 100, radius = 0.2 }",
+];
+
+fn light(text: &str) -> Light {
+    let desc: LightDesc = toml::from_str(text).expect("a light");
+    desc.compile(DVec3::ZERO).expect("a valid light")
+}
+
+/// Points around the lamps, and random numbers.
+fn places() -> impl Iterator<Item = (Vec3, Vec2)> {
+    let number = |i: u32, k: u32| unit_f32(mix32(i.wrapping_mul(31).wrapping_add(k)));
+    (0..400).map(move |i| {
+        let from = Vec3::new(number(i, 1), number(i, 2), number(i, 3)) * Vec3::new(8.0, 5.0, 8.0);
+        (from - Vec3::new(4.0, 0.0, 4.0), Vec2::new(number(i, 4), number(i, 5)))
+    })
+}
+
+#[test]
+fn a_ray_along_a_sample_finds_the_light_and_the_density_of_the_sample() {
+    for text in LAMPS {
+        let lamp = light(text);
+        let (surface, _) = lamp.surface().expect("a surface");
+        let mut found = 0;
+        for (from, u) in places() {
+            let Some(LightSample { wi, distance, li, pdf }) = lamp.sample(from, u) else {
+                continue;
+            };
+            // Samples lie in front of the surface by the rounding: that moves the hits of rays that graze it.
+            let Some(hit) = surface.intersect(&Ray::new(from, wi)) else {
+                continue;
+            };
+            let cos = surface.surface(&Ray::new(from, wi), &hit).ng.dot(wi);
+            if cos.abs() < 0.5 || (hit.t - distance).abs() > 1e-3 {
+                continue;
+            }
+            let (radiance, density) = lamp.seen(from, wi, &hit);
+            let pdf = pdf.expect("a density");
+            assert!(
+                (radiance.r - li.r).abs() <= 2e-3 * li.r + 1e-5,
+                "{text}: {radiance:?} and {li:?}"
+            );
+            assert!((density - pdf).abs() <= 2e-3 * pdf, "{text}: {density} and {pdf}");
+            found += 1;
+        }
+        // Focused light reaches few places.
+        assert!(found > 5, "{text}: {found}");
+    }
+}
+
+#[test]
+fn the_light_through_a_sphere_around_a_lamp_is_its_power() {
+    let shining = |text: &str| {
+        let lamp = light(text);
+        let (n, far, center) = (160, 400.0, DVec3::new(0.0, 3.0, 0.0));
+        let mut power = 0.0;
+        for i in 0..n {
+            for k in 0..n {
+                // Equal areas on the sphere.
+                let z = 1.0 - 2.0 * (f64::from(i) + 0.5) / f64::from(n);
+                let phi = std::f64::consts::TAU * (f64::from(k) + 0.5) / f64::from(n);
+                let r = (1.0 - z * z).sqrt();
+                let d = DVec3::new(r * libm::cos(phi), z, r * libm::sin(phi));
+                let u = Vec2::new(unit_f32(mix32(i * 977 + k)), unit_f32(mix32(k * 131 + i)));
+                let sample = lamp.sample((center + d * far).as_vec3(), u);
+                let flux = sample.and_then(|s| Some(f64::from(s.li.g / s.pdf?)));
+                power += flux.unwrap_or(0.0);
+            }
+        }
+        power * 4.0 * std::f64::consts::PI * far * far / f64::from(n * n)
+    };
+    let cases = [
+        (
+            "rect = { position = [0, 3, 0], direction = [0.3, -1, 0.2], size = [2, 1], power = 60 }",
+            60.0,
+        ),
+        (
+            "rect = { position = [0, 3, 0], direction = [0.3, -1, 0.2], size = [2, 1], power = 60, two_sided = true }",
+            60.0,
+        ),
+        (
+            "rect = { position = [0, 3, 0], direction = [0.3, -1, 0.2], size = [2, 1], power = 60, spread = 0.5 }",
+            60.0,
+        ),
+        (
+            "disk = { position = [0, 3, 0], direction = [0, -1, 0], radius = 0.5, power = 60, spread = 0.8 }",
+            60.0,
+        ),
+        (
+            "sphere = { position = [0, 3, 0], radius = 0.5, power = 60, exposure = -1 }",
+            30.0,
+        ),
+        (
+            "tube = { from = [-1, 3, 0], to = [1, 3, 0], radius = 0.1, power = 60 }",
+            60.0,
+        ),
+        ("point = { position = [0, 3, 0], power = 60, radius = 0.2 }", 60.0),
+        ("point = { position = [0, 3, 0], intensity = 5, radius = 0.2 }", 62.832),
+    ];
+    for (text, expected) in cases {
+        let power = shining(text);
+        assert!((power / expected - 1.0).abs() < 0.01, "{text}: {power} W");
+    }
+}
+
+#[test]
+fn the_spread_ends_the_light_at_its_angle() {
+    let lamp = light("disk = { position = [0, 0, 0], direction = [0, -1, 0], radius = 0.01, power = 1, spread = 0.5 }");
+    let lit = |degrees: f32| {
+        let (sin, cos) = libm::sincosf(degrees.to_radians());
+        lamp.sample(Vec3::new(sin, -cos, 0.0) * 50.0, Vec2::splat(0.5))
+            .is_some()
+    };
+    assert!(lit(0.0) && lit(44.0) && !lit(46.0) && !lit(170.0));
+}
+
+#[test]
+fn a_light_that_no_ray_finds_brings_the_same_light_without_a_density() {
+    let with = |keys: &str| {
+        light(&format!(
+            "sphere = {{ position = [0, 2.5, 0], radius = 0.4, power = 60{keys} }}"
+        ))
+    };
+    let (seen, hidden) = (with(""), with(", reflections = false"));
+    for (from, u) in places() {
+        let (Some(a), Some(b)) = (seen.sample(from, u), hidden.sample(from, u)) else {
+            continue;
+        };
+        let pdf = a.pdf.expect("a density");
+        assert_eq!(b.pdf, None);
+        assert!((a.li.r / pdf - b.li.r).abs() <= 1e-6 * b.li.r);
+    }
+}
+
+#[test]
+fn wrong_lamps_are_refused_in_words() {
+    let message = |text: &str| {
+        let desc: LightDesc = toml::from_str(text).expect("a light");
+        desc.compile(DVec3::ZERO).expect_err("refused").message
+    };
+    let rect = |keys: &str| message(&format!("rect = {{ position = [0, 1, 0], size = [1, 1], {keys} }}"));
+    assert_eq!(rect("power = 1"), "a rect needs `target` or `direction`");
+    let down = "direction = [0, -1, 0]";
+    assert_eq!(rect(down), "give its strength by `power` or by `radiance`");
+    assert_eq!(
+        rect(&format!("{down}, power = 1, radiance = 1")),
+        "`power` and `radiance` are both given"
+    );
+    assert_eq!(
+        message("tube = { from = [0, 1, 0], to = [0, 1, 0], radius = 1, power = 1 }"),
+        "`to` lies at `from`"
+    );
+    assert_eq!(
+        message("point = { position = [0, 1, 0], intensity = 1, falloff = 'none', radius = 1 }"),
+        "a light without falloff has no `radius`"
+    );
+    assert_eq!(
+        message("point = { position = [0, 1, 0] }"),
+        "give its strength by `intensity` or by `power`"
+    );
+}

@@ -1,0 +1,77 @@
+//! A rectangle that emits light on one side, such as a soft box or a window.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `position` | its centre, `[x, y, z]` | m | required |
+//! | `target` | a point that it faces, `[x, y, z]` | m | this or `direction` |
+//! | `direction` | direction in which it shines, `[x, y, z]` | | this or `target` |
+//! | `up` | direction of its height | | `[0, 1, 0]` |
+//! | `size` | `[width, height]` | m | required |
+//! | `power` | number or `[r, g, b]`, of all its light | W | this or `radiance` |
+//! | `radiance` | number or `[r, g, b]` | W m^-2 sr^-1 | this or `power` |
+//! | `temperature` | of a black body, which colours the light and keeps its luminance, from 500 to 100000 | K | white |
+//! | `exposure` | number of stops: the light is `2^exposure` times as strong | | 0 |
+//! | `spread` | how far the light spreads from the normal, from 0 to 1: up to `spread` times 90 degrees | | 1 |
+//! | `two_sided` | whether both sides emit | | `false` |
+//! | `camera` | whether the camera sees the light | | `false` |
+//! | `reflections` | whether mirrors and other surfaces reflect its picture | | `true` |
+//!
+//! ```toml
+//! [[light]]
+//! rect = { position = [0, 3, 1], target = [0, 0, 0], size = [2, 1], power = 60, temperature = 4000 }
+//! ```
+//!
+//! Lights with a surface are no objects: no ray is blocked by them, and they cast no shadow. Their names and sizes are those of UsdLux and
+//! of Blender, whose area lights of as many watts give the same picture. A picture that the camera sees of a light is added to what is
+//! behind it, and leaves alpha as it is.
+//!
+//! With a `spread` below 1 the light is concentrated as the grid of a soft box does, and its power stays the same. With
+//! `reflections = false` only light sampling finds the light: mirrors and clear glass do not show it, and rough surfaces have more noise.
+//!
+//! Source of the spread: the light that passes the cells of a grid as deep as its cells are wide divided by the tangent of the largest angle.
+
+use super::{
+    Sidedness, aim,
+    lamp::{Lamp, lamp_desc},
+};
+use crate::{
+    math::DVec3,
+    shape::{Shape, quad::QuadDesc},
+    value::{Direction, Point, Positive, Problem, Spanned, UnitInterval},
+};
+
+lamp_desc! {
+    pub struct RectDesc {
+        pub position: Spanned<Point>,
+        pub target: Option<Spanned<Point>>,
+        pub direction: Option<Spanned<Direction>>,
+        pub up: Option<Direction>,
+        pub size: [Positive; 2],
+        pub spread: Option<UnitInterval>,
+        pub two_sided: Option<bool>,
+    }
+}
+
+impl RectDesc {
+    pub fn compile(&self, origin: DVec3) -> Result<Lamp, Problem> {
+        let axis = aim::axis("rect", &self.position, &self.target, &self.direction)?;
+        let [right, up] = aim::across(axis, self.up);
+        let [right, up] = [
+            right * f64::from(self.size[0].0 * 0.5),
+            up * f64::from(self.size[1].0 * 0.5),
+        ];
+        let center = self.position.get_ref().0;
+        // Wound about the axis.
+        let corners = [-right - up, up - right, right + up, right - up].map(|d| Point::new(center + d));
+        let quad = QuadDesc {
+            corners: Spanned::new(self.position.span(), corners),
+        };
+        let shape = Shape::Quad(quad.compile(origin)?);
+        let sidedness = if self.two_sided == Some(true) {
+            Sidedness::Both
+        } else {
+            Sidedness::Front
+        };
+        self.glow(self.position.span()).lamp(shape, sidedness, self.spread)
+    }
+}

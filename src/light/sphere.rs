@@ -1,0 +1,47 @@
+//! A sphere that emits light, such as a bulb.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `position` | its centre, `[x, y, z]` | m | required |
+//! | `radius` | number above 0 | m | required |
+//! | `power` | number or `[r, g, b]`, of all its light | W | this or `radiance` |
+//! | `radiance` | number or `[r, g, b]` | W m^-2 sr^-1 | this or `power` |
+//! | `temperature` | of a black body, which colours the light and keeps its luminance, from 500 to 100000 | K | white |
+//! | `exposure` | number of stops: the light is `2^exposure` times as strong | | 0 |
+//! | `camera` | whether the camera sees the light | | `false` |
+//! | `reflections` | whether mirrors and other surfaces reflect its picture | | `true` |
+//!
+//! ```toml
+//! [[light]]
+//! sphere = { position = [0, 2.5, 0], radius = 0.1, power = 60, temperature = 2700, camera = true }
+//! ```
+//!
+//! It shines outwards. The page of [`rect`](rect.md) says how lights with a surface behave.
+
+use super::{
+    Sidedness,
+    lamp::{Lamp, lamp_desc},
+};
+use crate::{
+    math::DVec3,
+    shape::{Shape, sphere},
+    value::{Point, Positive, Problem, Spanned},
+};
+
+lamp_desc! {
+    pub struct SphereDesc {
+        pub position: Spanned<Point>,
+        pub radius: Positive,
+    }
+}
+
+impl SphereDesc {
+    pub fn compile(&self, origin: DVec3) -> Result<Lamp, Problem> {
+        let sphere = sphere::SphereDesc {
+            center: *self.position.get_ref(),
+            radius: self.radius,
+        };
+        let shape = Shape::Sphere(sphere.compile(origin)?);
+        self.glow(self.position.span()).lamp(shape, Sidedness::Front, None)
+    }
+}
