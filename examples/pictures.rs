@@ -104,8 +104,8 @@ fn sized([width, height]: [u32; 2]) -> Overrides {
 fn converged(size: [u32; 2]) -> Overrides {
     sized(size)
         .with("render.samples", 128)
-        .with("render.samples.min", 16)
         .with("render.samples.threshold", 0.02)
+        .with("render.samples.min", 16)
 }
 
 /// Renders the scene of a kind. Samplers keep their own number of samples: their noise is what they show.

@@ -38,7 +38,7 @@ impl Compiler<'_> {
                 });
                 let replaced = replaced.collect();
                 let id = self.scene.object(&name, Some(file), material.unwrap_or(MaterialId(0)));
-                self.light_group(object, id);
+                self.object_settings(object, id);
                 models.push(PlacedModel {
                     object: id,
                     file: self.desc.folder().join(file),
@@ -84,12 +84,14 @@ impl Compiler<'_> {
                 true => self.scene.shape(&name, shape, place.transform, material),
                 false => self.scene.object(&name, None, material),
             };
-            self.light_group(object, id);
+            self.object_settings(object, id);
         }
         models
     }
 
-    fn light_group(&mut self, object: &ObjectDesc, id: ObjectId) {
+    fn object_settings(&mut self, object: &ObjectDesc, id: ObjectId) {
+        self.scene
+            .set_object_visibility(id, object.ray_visibility, object.holdout);
         if let Some(group) = &object.group {
             self.scene.set_object_light_group(id, group.as_str());
         }

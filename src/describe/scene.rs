@@ -37,6 +37,7 @@ use crate::{
     light::{LightDesc, environment::EnvironmentDesc},
     material::MaterialDesc,
     math::{Transform, transform},
+    scene::RayVisibility,
     shape::ShapeDesc,
     texture::{MappingDesc, PatternDesc, StTransformDesc},
     value::{Coordinate, OneOrEach, Point, Problem, RgbFactor, Span, Spanned},
@@ -221,9 +222,16 @@ pub struct LightEntry {
 /// | `shape` | a shape | required |
 /// | `transform` | `{ translate, rotate, scale }` or `{ matrix }` | none |
 /// | `visible` | whether it is there at all: `false` hides it from the camera, from mirrors and from light | `true` |
+/// | `ray_visibility` | the rays that meet it: `{ camera, diffuse, reflection, transmission, shadow }`, each `true` or `false` | all `true` |
+/// | `holdout` | whether it cuts a hole into the picture: black with an alpha of 0 where the camera sees it, and in no matte | `false` |
 /// | `group` | the name of the light group of the light that it emits, see `[[light]]` | none |
 /// | `node` | tables by the names of nodes of its model: `transform` and `visible` | those of the file |
 /// | `material_overrides` | by the names of materials of its model: NAME of a `[material.NAME]`, or a table of factors | those of the file |
+///
+/// Rays of a kind that `ray_visibility` leaves out pass the object as if it were not there: `{ camera = false }` hides it and keeps its
+/// shadow and its reflections, `{ shadow = false }` keeps it from blocking lights. Where shadow rays and other rays meet different
+/// objects, lights are found by light sampling alone, which adds noise on glossy surfaces. A holdout blocks light and is reflected as
+/// any object.
 ///
 /// A transform scales first, then rotates about the fixed x, y and z axes in this order (degrees), then translates (m).
 /// `rotate` is `[x, y, z]`, or a quaternion `{ qx, qy, qz, qw }`. `scale` is a number or `[x, y, z]`. A `matrix` has four rows of
@@ -275,6 +283,10 @@ pub struct ObjectDesc {
     /// Without it no ray meets the object, but its names and numbers stay.
     #[serde(default = "yes")]
     pub visible: bool,
+    #[serde(default)]
+    pub ray_visibility: RayVisibility,
+    #[serde(default)]
+    pub holdout: bool,
     pub group: Option<LightGroupName>,
     /// The keys `node` and `material_overrides`.
     #[serde(skip)]

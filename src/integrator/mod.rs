@@ -17,7 +17,7 @@ use crate::{
     light::environment::EnvironmentLight,
     math::{Ray, RayCone, Rgb, Vec3, WorkingSpace},
     sampler::{PathSampler, SampleUse},
-    scene::{LightSamples, MediumStack, Scene, SurfaceInteraction},
+    scene::{LightSamples, MediumStack, RayKind, Scene, SurfaceInteraction},
     value::{Count, Problem, Spanned},
 };
 
@@ -116,6 +116,9 @@ pub struct Bounces {
     pub transmission: u16,
     /// Transmissions without refraction, except at the first surface.
     pub straight: u8,
+    /// Where the ray comes from.
+    #[serde(skip)]
+    pub ray: RayKind,
 }
 
 impl Bounces {
@@ -131,6 +134,7 @@ impl Bounces {
             return None;
         }
         *count += 1;
+        self.ray = lobe.into();
         Some(self)
     }
 }

@@ -49,7 +49,7 @@ use crate::{
     light::environment::EnvironmentLight,
     material::{Emission, EmissionReach},
     sampler::{Dimension, SampleUse},
-    scene::{LightFamily, LightSampleContext, Scene, SurfaceInteraction},
+    scene::{LightFamily, LightSampleContext, RayKind, Scene, SurfaceInteraction},
     value::{Count, Positive, Problem, Spanned},
 };
 
@@ -77,6 +77,7 @@ impl PathDesc {
                 specular: limit(self.max_specular),
                 transmission: limit(self.max_transmission),
                 straight: u8::MAX,
+                ray: RayKind::default(),
             },
             roulette_depth: self.roulette_depth.map_or(4, |d| d.0),
             clamp_direct: self.clamp_direct.map(|c| c.0),
@@ -122,27 +123,28 @@ impl Integrator for PathTracer {
     }
 
     fn shade_batch(&self, batch: &VertexBatch<'_>, out: &mut ShadingOutput) {
+        let tracer = self.within(batch.scene);
         let mut diffuse = DiffuseBlock::EMPTY;
         let mut reflecting = ReflectingBlocks::of(batch.scene);
         for k in 0..batch.len() {
             if k % DiffuseBlock::LEN == 0 && !batch.surfaces.is_empty() {
                 out.clock.lap(Stage::Bsdf);
-                diffuse.fill(batch, k, self.strategy);
+                diffuse.fill(batch, k, tracer.strategy);
                 out.clock.lap(Stage::Light);
-                reflecting.fill(batch, k, self.strategy, self.limits.max_depth);
+                reflecting.fill(batch, k, tracer.strategy, self.limits.max_depth);
             }
             let context = batch.begin(k, out);
             let known = KnownSurface {
                 diffuse: diffuse.surface(k),
                 reflecting: reflecting.surface(k),
             };
-            self.shade(&context, known, out);
+            tracer.shade(&context, known, out);
         }
     }
 
     #[inline(always)]
     fn vertex(&self, context: &VertexContext<'_>, out: &mut ShadingOutput) {
-        self.shade(context, KnownSurface::default(), out);
+        self.within(context.scene).shade(context, KnownSurface::default(), out);
     }
 
     fn limits(&self) -> Vec<Limit> {
@@ -151,6 +153,17 @@ impl Integrator for PathTracer {
 }
 
 impl PathTracer {
+    /// The tracer of this scene's light.
+    #[inline(always)]
+    fn within(self, scene: &Scene) -> Self {
+        let strategy = if scene.samples_lights_only() {
+            Strategy::Light
+        } else {
+            self.strategy
+        };
+        Self { strategy, ..self }
+    }
+
     /// Shades one vertex, whose shading is precomputed if it is `known`.
     #[inline(always)]
     fn shade(&self, context: &VertexContext<'_>, known: KnownSurface<'_>, out: &mut ShadingOutput) {

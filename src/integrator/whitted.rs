@@ -20,7 +20,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::{
-    BounceState, FirstLobe, Integrator, Limit, LimitValue, Lobes, ShadingOutput, ShadowPassage, Tag, Vertex,
+    BounceState, Bounces, FirstLobe, Integrator, Limit, LimitValue, Lobes, ShadingOutput, ShadowPassage, Tag, Vertex,
     VertexContext, max_depth,
 };
 use crate::{
@@ -29,7 +29,7 @@ use crate::{
     material::{FresnelMode, WhittedTerms},
     math::{Rgb, Vec2, Vec3, WorkingSpace, exponential},
     sampler::{Dimension, SampleUse},
-    scene::{LightGroup, LightId, LightSampleContext, SurfaceInteraction, interaction::reflecting_normal},
+    scene::{LightGroup, LightId, LightSampleContext, RayKind, SurfaceInteraction, interaction::reflecting_normal},
     value::{Count, Problem, RgbFactor, Spanned},
 };
 
@@ -154,6 +154,14 @@ impl ShadedPoint<'_, '_> {
         let path = self.context.path;
         let last = BounceState {
             first: if path.depth == 1 { lobe } else { path.last.first },
+            bounces: Bounces {
+                ray: if lobe == FirstLobe::Transmitted {
+                    RayKind::Transmission
+                } else {
+                    RayKind::Reflection
+                },
+                ..Bounces::default()
+            },
             ..BounceState::default()
         };
         out.spawn_path(self.surface.spawn_ray(lobe == FirstLobe::Transmitted, wi), weight, last);

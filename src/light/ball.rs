@@ -24,7 +24,7 @@ pub struct Ball {
 impl Ball {
     pub(super) fn new(center: Point, radius: Positive, origin: DVec3, sight: Sight) -> Result<Self, Problem> {
         Ok(Self {
-            shape: Shape::Sphere(SphereDesc { center, radius }.compile(origin)?),
+            shape: SphereDesc { center, radius }.compile(origin)?.into(),
             per_intensity: 1.0 / (PI * radius.0 * radius.0),
             sight,
         })

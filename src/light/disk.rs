@@ -28,7 +28,7 @@ use super::{
 };
 use crate::{
     math::DVec3,
-    shape::{Shape, disk},
+    shape::disk,
     value::{Direction, Point, Positive, Problem, Spanned, UnitInterval},
 };
 
@@ -51,7 +51,7 @@ impl DiskDesc {
             normal: Direction(axis),
             radius: self.radius,
         };
-        let shape = Shape::Disk(disk.compile(origin)?);
+        let shape = disk.compile(origin)?.into();
         let sidedness = if self.two_sided == Some(true) {
             Sidedness::Both
         } else {

@@ -36,7 +36,7 @@ use super::{
 };
 use crate::{
     math::DVec3,
-    shape::{Shape, quad::QuadDesc},
+    shape::quad::QuadDesc,
     value::{Direction, Point, Positive, Problem, Spanned, UnitInterval},
 };
 
@@ -66,7 +66,7 @@ impl RectDesc {
         let quad = QuadDesc {
             corners: Spanned::new(self.position.span(), corners),
         };
-        let shape = Shape::Quad(quad.compile(origin)?);
+        let shape = quad.compile(origin)?.into();
         let sidedness = if self.two_sided == Some(true) {
             Sidedness::Both
         } else {

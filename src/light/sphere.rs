@@ -24,7 +24,7 @@ use super::{
 };
 use crate::{
     math::DVec3,
-    shape::{Shape, sphere},
+    shape::sphere,
     value::{Point, Positive, Problem, Spanned},
 };
 
@@ -41,7 +41,7 @@ impl SphereDesc {
             center: *self.position.get_ref(),
             radius: self.radius,
         };
-        let shape = Shape::Sphere(sphere.compile(origin)?);
+        let shape = sphere.compile(origin)?.into();
         self.glow(self.position.span()).lamp(shape, Sidedness::Front, None)
     }
 }

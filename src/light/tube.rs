@@ -24,7 +24,7 @@ use super::{
 };
 use crate::{
     math::DVec3,
-    shape::{Shape, cylinder::Cylinder},
+    shape::cylinder::Cylinder,
     value::{Point, Positive, Problem, Spanned},
 };
 
@@ -47,7 +47,6 @@ impl TubeDesc {
             return Err(Problem::at(self.to.span(), "`to` lies at `from`"));
         }
         let wall = Cylinder::wall(from.relative_to(origin), axis.as_vec3(), length, self.radius.0);
-        self.glow(self.from.span())
-            .lamp(Shape::Cylinder(wall), Sidedness::Front, None)
+        self.glow(self.from.span()).lamp(wall.into(), Sidedness::Front, None)
     }
 }

@@ -1,4 +1,4 @@
-//! Surfaces that rays pass: by their opacity, because a medium of higher priority fills the space, or because they do not refract.
+//! Surfaces that rays pass: by their opacity, because their object is hidden from the ray, because a medium of higher priority fills the space, or because they do not refract.
 //!
 //! A path passes a surface with a probability of one minus its opacity; depth, random numbers and ray stay the same. A shadow ray
 //! is attenuated by all surfaces that it passes, and by the media between them. Scenes without such surfaces have no
@@ -11,7 +11,7 @@ use crate::{
     integrator::{PathState, ShadowPassage},
     math::{Ray, Rgb},
     sampler::{Dimension, Independent, SampleKey},
-    scene::{MediumStack, Scene},
+    scene::{MediumStack, RayKind, Scene},
 };
 
 /// The buffers of this stage, reused between calls.
@@ -43,6 +43,13 @@ struct Passages {
     start: f32,
 }
 
+impl Passages {
+    /// Those of a ray whose segment starts at `start`.
+    fn from(start: f32) -> Self {
+        Self { drawn: 0, start }
+    }
+}
+
 /// Continues paths behind surfaces, at random by their opacity, and behind those that are ignored. Afterwards `hits` are the final
 /// hits, and a ray starts where its medium does. `key` returns the key of a sample. Returns the number of traced rays.
 pub(super) fn pass(
@@ -62,16 +69,19 @@ pub(super) fn pass(
             let at = i as usize;
             let Some(hit) = &hits[at] else { continue };
             let (ray, path) = (&mut rays[at], &mut paths[at]);
+            if scene.is_hidden(hit, path.last.bounces.ray) {
+                passages.entry(i).or_insert_with(|| Passages::from(ray.tmin));
+                ray.tmin = hit.t;
+                passing.which.push(i);
+                continue;
+            }
             let is_displaced =
                 !path.last.media.is_empty() && scene.is_displaced(path.last.media, scene.material_of(hit));
             let opacity = if is_displaced { 0.0 } else { scene.opacity(ray, hit) };
             if opacity >= 1.0 {
                 continue;
             }
-            let passages = passages.entry(i).or_insert_with(|| Passages {
-                drawn: 0,
-                start: ray.tmin,
-            });
+            let passages = passages.entry(i).or_insert_with(|| Passages::from(ray.tmin));
             if !is_displaced {
                 let dimension = Dimension::transparency(path.depth, passages.drawn);
                 if Independent.get_2d(&key(path.sample), dimension).x < opacity {
@@ -159,6 +169,9 @@ pub(super) fn transmittance(
 
 /// The transmittance of a shadow ray from `start`, the start of its segment, through the surface at a hit.
 fn through(scene: &Scene, ray: &Ray, hit: &Hit, passage: &mut ShadowPassage, start: &mut f32) -> Rgb {
+    if scene.is_hidden(hit, RayKind::Shadow) {
+        return Rgb::WHITE;
+    }
     let material = scene.material_of(hit);
     let passed = if scene.is_displaced(passage.media, material) {
         Rgb::WHITE

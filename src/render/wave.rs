@@ -21,9 +21,10 @@ use crate::{
     film::{SampleRecord, TileAccumulator},
     geometry::{Hit, PrimId},
     integrator::{PathState, ShadingOutput, Stage, light_layers::LightLayers},
+    light::environment::EnvironmentLight,
     math::{Ray, Rgb},
     sampler::{Dimension, PathSampler, SampleKeys, SampleUse},
-    scene::FirstHit,
+    scene::{FirstHit, Scene},
 };
 
 /// The most paths that are continued together, where vertices spawn several rays.
@@ -261,6 +262,9 @@ impl Wave {
             traced += pass(scene, arrived, key, &mut self.passing);
         }
         self.partition_hits();
+        if self.paths.first().is_some_and(|path| path.depth == 1) && scene.has_holdouts() {
+            self.remove_holdouts(scene);
+        }
         self.out.clock.lap(Stage::Nearest);
         for round in 0..context.integrator.shadow_rounds() {
             if control.is_cancelled() {
@@ -295,6 +299,22 @@ impl Wave {
         self.hit_indices.truncate(hit_count);
         self.prims.truncate(hit_count);
         self.miss_indices.truncate(miss_count);
+    }
+
+    /// Ends the camera rays that meet a holdout: their samples are black and transparent.
+    fn remove_holdouts(&mut self, scene: &Scene) {
+        let mut kept = 0;
+        for k in 0..self.hit_indices.len() {
+            let i = self.hit_indices[k];
+            let is_holdout = self.hits[i as usize].is_some_and(|hit| scene.is_holdout(&hit));
+            if is_holdout {
+                self.alpha[self.paths[i as usize].sample as usize] = 0.0;
+            }
+            (self.hit_indices[kept], self.prims[kept]) = (i, self.prims[k]);
+            kept += usize::from(!is_holdout);
+        }
+        self.hit_indices.truncate(kept);
+        self.prims.truncate(kept);
     }
 
     /// Shades all vertices on surfaces.
@@ -388,11 +408,15 @@ impl Wave {
     /// Shades all paths whose rays hit nothing.
     fn shade_misses(&mut self, context: &RenderContext<'_>) {
         let shows_background = context.scene.shading.background.visible && context.settings.content == Content::Light;
-        if !shows_background && self.paths.first().is_some_and(|path| path.depth == 1) {
+        let is_hidden = !shows_background && self.paths.first().is_some_and(|path| path.depth == 1);
+        if is_hidden {
             for &i in &self.miss_indices {
                 self.alpha[self.paths[i as usize].sample as usize] = 0.0;
             }
-            return;
+            // The camera may see lights before it.
+            if context.scene.lights.lamps().is_empty() || context.settings.content != Content::Light {
+                return;
+            }
         }
         let Self {
             rays,
@@ -411,6 +435,9 @@ impl Wave {
             let directions = indices.iter().map(|&i| rays[i as usize].d);
             let background = &context.scene.shading.background.radiance;
             background.look_up(context.simd, directions, &mut inputs.misses);
+            if is_hidden {
+                inputs.misses.fill(EnvironmentLight::default());
+            }
             let arrived = ArrivedRays {
                 rays,
                 paths,

@@ -5,8 +5,9 @@ mod colors;
 use std::sync::Arc;
 
 use super::{
-    Background, InstanceRecord, LightGroups, MeshRecord, NodeId, NodeName, Object, ObjectFromGroup, ObjectId, Scene,
-    SceneBuildError, SceneGeometry, SceneShading, contacts::Contacts, mesh_transform::MeshTransform,
+    Background, InstanceRecord, LightGroups, MeshRecord, NodeId, NodeName, Object, ObjectFromGroup, ObjectId,
+    RayVisibility, Scene, SceneBuildError, SceneGeometry, SceneShading, contacts::Contacts,
+    mesh_transform::MeshTransform,
 };
 use crate::{
     accel::{self, BuildOptions},
@@ -226,8 +227,16 @@ impl SceneBuilder {
             name: name.to_owned(),
             asset: asset.map(str::to_owned),
             material,
+            rays: RayVisibility::default(),
+            holdout: false,
         });
         ObjectId(self.objects.len() as u32 - 1)
+    }
+
+    /// Sets the rays that meet an object, and whether it is a holdout.
+    pub fn set_object_visibility(&mut self, object: ObjectId, rays: RayVisibility, holdout: bool) {
+        let object = &mut self.objects[object.0 as usize];
+        (object.rays, object.holdout) = (rays, holdout);
     }
 
     /// Sets the material of those parts of an object that have none of their own.

@@ -26,6 +26,7 @@ pub mod emitters;
 mod error;
 pub mod first_hit;
 mod halves;
+mod hidden;
 pub mod instance;
 pub mod interaction;
 pub mod lamps;
@@ -39,6 +40,7 @@ pub mod media;
 mod mesh_transform;
 pub mod motion;
 pub mod names;
+mod ray_visibility;
 pub mod shading_frame;
 pub mod surface_soa;
 pub mod surfaces;
@@ -64,6 +66,7 @@ pub use media::{Media, MediumStack};
 pub(crate) use mesh_transform::MeshTransform;
 pub use motion::{PointMotion, SceneMotion, ScenePlaces};
 pub use names::{NodeId, NodeName};
+pub use ray_visibility::{RayKind, RayVisibility};
 pub use surfaces::Surfaces;
 pub use update::{MeshId, MeshPose, SceneUpdate, SceneUpdateError};
 
@@ -83,6 +86,10 @@ pub struct Object {
     pub asset: Option<String>,
     /// The material of its shape; the parts of a mesh have their own.
     pub material: MaterialId,
+    /// The rays that meet it.
+    pub rays: RayVisibility,
+    /// Whether it cuts a hole into the picture: where the camera sees it, the picture is black and transparent.
+    pub holdout: bool,
 }
 
 /// A range of triangles with the normals and texture coordinates of their vertices.
@@ -128,6 +135,8 @@ pub struct Scene {
     pub geometry: Arc<SceneGeometry>,
     pub shading: Arc<SceneShading>,
     pub lights: Lights,
+    hides: bool,
+    samples_lights_only: bool,
     /// See [`Scene::mattes`].
     mattes: OnceLock<Mattes>,
 }
@@ -135,9 +144,14 @@ pub struct Scene {
 impl Scene {
     /// Combines two halves and builds the lights.
     fn new(origin: DVec3, geometry: Arc<SceneGeometry>, shading: Arc<SceneShading>) -> Self {
+        let lights = Lights::new(&geometry, &shading);
+        let (hides, samples_lights_only) =
+            ray_visibility::of_objects(geometry.objects.iter().map(|o| o.rays), lights.emitters().count() > 0);
         Self {
             origin,
-            lights: Lights::new(&geometry, &shading),
+            lights,
+            hides,
+            samples_lights_only,
             geometry,
             shading,
             mattes: OnceLock::new(),

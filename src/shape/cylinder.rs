@@ -30,7 +30,7 @@ use std::f64::consts::TAU;
 use serde::Deserialize;
 
 use super::{
-    LocalSurface, ShapeHit, ShapeKind, ShapeSample,
+    LocalSurface, Shape, ShapeHit, ShapeKind, ShapeSample,
     axis::Axis,
     block::{Attempt, BlockKind, intersected_in_blocks, vector},
     disk::disk_bounds,
@@ -142,6 +142,12 @@ impl BlockKind<9> for Cylinder {
         let meets_ends = !is_level | ((at >= 0.0) & (at <= height));
         let (hit, meets) = Parts::hit(parts, ray, [enter, leave], ends);
         Attempt::of(hit, meets & meets_wall & meets_ends)
+    }
+}
+
+impl From<Cylinder> for Shape {
+    fn from(cylinder: Cylinder) -> Self {
+        Self::Cylinder(cylinder)
     }
 }
 

@@ -22,7 +22,7 @@ use std::f64::consts::{PI, TAU};
 use serde::Deserialize;
 
 use super::{
-    LocalSurface, ShapeHit, ShapeKind, ShapeSample,
+    LocalSurface, Shape, ShapeHit, ShapeKind, ShapeSample,
     axis::Axis,
     block::{Attempt, BlockKind, intersected_in_blocks, vector},
     numeric::{area_sample, dot_direction, point_of, rounded, rounded_hit, solid_angle_pdf},
@@ -101,6 +101,12 @@ impl BlockKind<7> for Disk {
         let across = axis.across(q + ray.d.as_dvec3() * t);
         let (hit, is_on_ray) = rounded_hit(ray, t, 0.0);
         Attempt::of(hit, is_on_ray & (across.length_squared() <= r * r))
+    }
+}
+
+impl From<Disk> for Shape {
+    fn from(disk: Disk) -> Self {
+        Self::Disk(disk)
     }
 }
 

@@ -25,7 +25,7 @@
 use serde::Deserialize;
 
 use super::{
-    LocalSurface, ShapeHit, ShapeKind, ShapeSample,
+    LocalSurface, Shape, ShapeHit, ShapeKind, ShapeSample,
     block::{Attempt, BlockKind, attempted_in_blocks, vector},
     numeric::{area_sample, choose, dot_direction, point_of, rounded, rounded_hit, solid_angle_pdf},
     rectangle::{Rectangle, SeenRectangle},
@@ -345,6 +345,12 @@ impl BlockKind<17> for Quad {
             },
             ..attempt
         }
+    }
+}
+
+impl From<Quad> for Shape {
+    fn from(quad: Quad) -> Self {
+        Self::Quad(quad)
     }
 }
 

@@ -24,7 +24,7 @@ use std::f64::consts::{PI, TAU};
 use serde::Deserialize;
 
 use super::{
-    LocalSurface, ShapeHit, ShapeKind, ShapeSample,
+    LocalSurface, Shape, ShapeHit, ShapeKind, ShapeSample,
     axis::whole_turn,
     ball::Ball,
     block::{Attempt, BlockKind, intersected_in_blocks, vector},
@@ -104,6 +104,12 @@ impl BlockKind<4> for Sphere {
         let (far, is_far_on_ray) = rounded_hit(ray, closest_t + half, 0.0);
         let meets = (h2 >= 0.0) & (is_near_on_ray | is_far_on_ray);
         Attempt::of(near.or(is_near_on_ray, far), meets)
+    }
+}
+
+impl From<Sphere> for Shape {
+    fn from(sphere: Sphere) -> Self {
+        Self::Sphere(sphere)
     }
 }
 

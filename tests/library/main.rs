@@ -6,3 +6,4 @@ mod lights;
 mod measures;
 mod motion_blur;
 mod overrides;
+mod ray_visibility;
