@@ -237,3 +237,14 @@ fn a_scene_whose_shading_is_replaced_looks_like_one_compiled_with_that_shading()
         }
     }
 }
+
+#[test]
+fn a_rect_light_lights_as_a_quad_that_emits() {
+    let rect =
+        "[[light]]\nrect = { position = [0, 3, 0], direction = [0, -1, 0], size = [1.2, 1.2], radiance = [6, 5, 4] }\n";
+    let quad = "[material.down]\nemitter = { radiance = [6, 5, 4] }\n[[object]]\nmaterial = 'down'\n\
+                shape.quad = { corners = [[-0.6, 3, 0.6], [-0.6, 3, -0.6], [0.6, 3, -0.6], [0.6, 3, 0.6]] }\n";
+    for strategy in ["mis", "light", "bsdf"] {
+        assert_eq!(render(rect, strategy, 3), render(quad, strategy, 3), "{strategy}");
+    }
+}
