@@ -286,7 +286,7 @@ impl PathTracer {
             let weight = self.strategy.weight_of_bsdf(path.last.pdf, density);
             let mut l = hit.radiance * weight;
             if !path.last.media.is_empty() {
-                l = l * scene.transmittance(path.last.media, hit.t - ray.tmin);
+                l *= scene.transmittance(path.last.media, hit.t - ray.tmin);
             }
             out.add_radiance(self.limits.clamped(path, 0, l), || scene.group_of(hit.light));
         }
