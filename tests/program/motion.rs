@@ -3,8 +3,10 @@
 use crate::common::Folder;
 use batch_render::{
     batch::{Job, Request},
+    camera::Camera,
     describe::Overrides,
     film::Film,
+    math::DVec3,
     render::Control,
 };
 
@@ -102,6 +104,11 @@ fn a_changed_row_concerns_the_frames_whose_shutters_see_it() {
 
 /// A frame of the scene and the table in a folder, with a camera path, in a job that is not run.
 fn film(folder: &Folder, path: Option<&str>, number: i32) -> Film {
+    film_and_camera(folder, path, number).0
+}
+
+/// The same with the camera as the shutter opens.
+fn film_and_camera(folder: &Folder, path: Option<&str>, number: i32) -> (Film, Camera) {
     let request = Request {
         overrides: Overrides::default().with("output.aovs", vec!["forward", "backward", "P"]),
         camera_path: path.map(|text| folder.write("path.csv", text)),
@@ -110,8 +117,10 @@ fn film(folder: &Folder, path: Option<&str>, number: i32) -> Film {
     let job = Job::open(&folder.path("s.toml"), &request).unwrap_or_else(|e| panic!("{e}"));
     let mut scenes = job.scenes(job.compile().unwrap_or_else(|e| panic!("{e}")));
     let index = job.plan.frames.iter().position(|frame| frame.number == number);
-    job.render_frame(&mut scenes, index.expect("a frame"), &Control::default())
-        .unwrap_or_else(|e| panic!("{e}"))
+    let index = index.expect("a frame");
+    let film = job.render_frame(&mut scenes, index, &Control::default());
+    let camera = job.plan.frames[index].camera.camera(0.0);
+    (film.unwrap_or_else(|e| panic!("{e}")), camera)
 }
 
 /// The motion vectors of the pixels that see something, with its place.
@@ -183,6 +192,86 @@ fn motion_vectors_of_a_zoom_along_a_camera_path_have_the_lens_of_the_neighbours_
                 assert!(off < 0.01, "{shutter} {number} {pass}: {u}, {v} is not {expected:?}");
             }
         }
+    }
+}
+
+/// A triangle whose morph target has the whole weight after a second, and none at first.
+const MORPH: &str = r#"{"asset": {"version": "2.0"}, "buffers": [{"byteLength": 88, "uri": "m.bin"}],
+    "bufferViews": [{"buffer": 0, "byteLength": 36}, {"buffer": 0, "byteOffset": 36, "byteLength": 36},
+    {"buffer": 0, "byteOffset": 72, "byteLength": 8}, {"buffer": 0, "byteOffset": 80, "byteLength": 8}],
+    "accessors": [{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [-1, -1, 0], "max": [1.5, 1, 0]},
+    {"bufferView": 1, "componentType": 5126, "count": 3, "type": "VEC3"},
+    {"bufferView": 2, "componentType": 5126, "count": 2, "type": "SCALAR", "min": [0], "max": [1]},
+    {"bufferView": 3, "componentType": 5126, "count": 2, "type": "SCALAR"}],
+    "meshes": [{"primitives": [{"attributes": {"POSITION": 0}, "targets": [{"POSITION": 1}]}], "weights": [0]}],
+    "nodes": [{"mesh": 0}], "scenes": [{"nodes": [0]}], "scene": 0,
+    "animations": [{"channels": [{"sampler": 0, "target": {"node": 0, "path": "weights"}}],
+    "samplers": [{"input": 2, "output": 3}]}]}"#;
+const CORNERS: [[f32; 3]; 3] = [[-1.0, -1.0, 0.0], [1.5, -0.8, 0.0], [0.0, 1.0, 0.0]];
+const SHIFTS: [[f32; 3]; 3] = [[3.0, 0.5, 2.0], [-2.0, 1.0, -3.0], [0.5, -2.0, 1.0]];
+
+/// The corners of the triangle at a time in frames, which turns by 10 degrees and grows by a tenth in each frame from the eighth on.
+fn corners(frame: f64) -> [DVec3; 3] {
+    let (sin, cos) = (
+        libm::sin((10.0 * (frame - 8.0)).to_radians()),
+        libm::cos((10.0 * (frame - 8.0)).to_radians()),
+    );
+    std::array::from_fn(|k| {
+        let at = |c: usize| f64::from(CORNERS[k][c]) + frame / 24.0 * f64::from(SHIFTS[k][c]);
+        let [x, y, z] = [0, 1, 2].map(|c| (1.0 + 0.1 * (frame - 8.0)) * at(c));
+        DVec3::new(x * cos - y * sin, x * sin + y * cos, z)
+    })
+}
+
+#[test]
+fn motion_vectors_of_a_triangle_that_morphs_turns_and_grows_land_where_its_corners_say_with_every_camera() {
+    let numbers = CORNERS.iter().chain(&SHIFTS).flatten().chain(&[0.0, 1.0, 0.0, 1.0]);
+    let bytes: Vec<u8> = numbers.flat_map(|number| number.to_le_bytes()).collect();
+    let table =
+        "frame,interp,object.ball.transform.rotate.z,object.ball.transform.scale\n0,linear,-80,0.2\n16,linear,80,1.8\n";
+    let own = "orthographic = { eye = [0, 0, 5], target = [0, 0, 0], height = 4 }";
+    for camera in [
+        own,
+        "perspective = { eye = [0.3, 0.2, 4], target = [0, 0, 0], fov = 45 }",
+        "panorama = { eye = [0.1, 0.2, 2], target = [0, 0, 0] }",
+        "fisheye = { eye = [0.1, 0.2, 2], target = [0, 0, 0], fov = 200 }",
+    ] {
+        let scene = SCENE
+            .replace(own, camera)
+            .replace("[0, 0.5]", "[0, 0]")
+            .replace(
+                "shape.sphere = { radius = 0.5 }",
+                "shape.mesh = { file = \"m.gltf\", animation = \"all\" }",
+            )
+            .replace("translate = [0, 0, 0]", "rotate = [0, 0, 0], scale = 1");
+        let folder = folder(&scene, table);
+        folder.write("m.gltf", MORPH);
+        std::fs::write(folder.path("m.bin"), &bytes).expect("writable");
+        let (film, eye) = film_and_camera(&folder, None, 8);
+        let (posed, mut seen) = (corners(8.0), 0);
+        let [side, other] = [posed[1] - posed[0], posed[2] - posed[0]];
+        for (pass, from, to) in [("forward", 8.0, 9.0), ("backward", 7.0, 8.0)] {
+            for ([u, v, z], p) in vectors(&film, pass) {
+                // The barycentric coordinates of the point that the pixel sees.
+                let p = DVec3::new(f64::from(p[0]), f64::from(p[1]), f64::from(p[2])) - posed[0];
+                let normal = side.cross(other);
+                let s = p.cross(other).dot(normal) / normal.length_squared();
+                let t = side.cross(p).dot(normal) / normal.length_squared();
+                let at = |frame: f64| {
+                    let [a, b, c] = corners(frame);
+                    eye.project(a * (1.0 - s - t) + b * s + c * t).expect("it is seen")
+                };
+                let expected = at(to) - at(from);
+                let apart = (f64::from(u) - expected.x).hypot(f64::from(v) + expected.y);
+                assert!(apart < 0.01, "{camera} {pass}: {u}, {v} is not {expected}");
+                assert!(
+                    (f64::from(z) - expected.z).abs() < 1e-3,
+                    "{camera} {pass}: {z} is not {expected}"
+                );
+                seen += usize::from(expected.x.hypot(expected.y) > 0.3);
+            }
+        }
+        assert!(seen > 20, "{camera}: {seen}");
     }
 }
 
