@@ -130,6 +130,9 @@ impl Plan {
         let chooses = |path: &[String]| path.iter().any(|key| key == "animation");
         let plays =
             compile::plays_animations(desc) || values.iter().any(|values| values.keys().any(|(_, path)| chooses(path)));
+        if picture.serves_denoisers && (plays || values.iter().any(|values| values.moves_objects())) {
+            picture.add_vectors();
+        }
         let sums = KeptSums {
             moves: values.is_some() || plays,
             checkpoint: request.policy.checkpoint.is_some(),

@@ -3,10 +3,12 @@
 use rayon::prelude::*;
 
 use super::{
+    albedo::AlbedoMean,
     blur,
     choose::{LEAST_ERROR, OF_MEAN, error_weights},
     frame::Frame,
     level::{levels, share},
+    lighting,
     nlm::{PATCH_RADIUS, difference, weight},
     reproject::{Reprojected, reproject},
     signal::{Color, Signal},
@@ -16,39 +18,52 @@ use crate::{
     simd::Isa,
 };
 
-/// The mean of `own` and the others at its pixels.
-pub(super) fn accumulate(own: &Frame, others: &[&Frame], simd: Isa) -> Signal {
+/// The mean of `own` and the others at its pixels, and the divisor of its light.
+pub(super) fn accumulate(own: &Frame, others: &[&Frame], simd: Isa) -> (Signal, Color) {
     let pixels = own.pixels();
     // The own frame counts once.
     let mut sum = own.signal.clone();
     let own_levels = levels(&own.signal.halves, own.size);
     let mut weights = [vec![1.0; pixels], vec![1.0; pixels]];
     let mut total = vec![1.0; pixels];
+    let mut albedos: Option<AlbedoMean> = None;
     for other in others {
         let Some(Reprojected {
-            signal,
+            mut signal,
             found,
             is_still,
-        }) = reproject(own, other)
+            mut albedo,
+        }) = reproject(own, between(own, others, other), other)
         else {
             continue;
         };
-        let found = if is_still {
-            found
-        } else {
-            without_shifts(own, &signal, found)
+        let (tested, found, kind) = match (is_still, &mut albedo) {
+            (true, _) => (None, found, Kind::Still),
+            (false, None) => (None, without_shifts(own, &signal, found), Kind::CameraMoves),
+            (false, Some(albedo)) => {
+                let plain = signal.clone();
+                let albedos = albedos.get_or_insert_with(|| AlbedoMean::new(own));
+                albedos.bring((&mut signal, albedo), &found, own.size);
+                let mut tested = lighting::nearer(own, plain, &signal);
+                let found = lighting::follow(own, [&mut tested, &mut signal], &found);
+                (Some(tested), found, Kind::SceneMoves)
+            }
         };
+        let tested = tested.as_ref().unwrap_or(&signal);
         // A path of much light in another frame must not look like that of all.
-        let other_levels = levels(&signal.halves, own.size);
+        let other_levels = levels(&tested.halves, own.size);
         let shares = own_levels
             .iter()
             .zip(&other_levels)
             .map(|(own, other)| share(*own, *other));
         let found: Vec<f32> = found.iter().zip(shares).map(|(found, share)| found * share).collect();
         // The weights by one half are those of the other.
-        let by_half = [1, 0].map(|half| weights_of(own, &signal, half, (&found, is_still), simd));
+        let by_half = [1, 0].map(|half| weights_of(own, tested, half, (&found, kind), simd));
         let pairs = || by_half[0].iter().zip(&by_half[1]);
         let both: Vec<f32> = pairs().map(|(a, b)| 0.5 * (a + b)).collect();
+        if let Some((albedos, albedo)) = albedos.as_mut().zip(albedo) {
+            albedos.add(&albedo, &both);
+        }
         let squares: Vec<f32> = pairs().map(|(a, b)| 0.5 * (a * a + b * b)).collect();
         for half in 0..2 {
             add(&mut sum.halves[half], &signal.halves[half], &by_half[half], simd);
@@ -68,11 +83,56 @@ pub(super) fn accumulate(own: &Frame, others: &[&Frame], simd: Isa) -> Signal {
     }
     let squares: Vec<f32> = weights[0].iter().zip(&weights[1]).map(|(a, b)| a * b).collect();
     divide(&mut sum.variance, &squares);
-    sum
+    let modulation = match albedos {
+        Some(albedos) => albedos.finish(own, &total, &mut sum),
+        None => own.modulation.clone(),
+    };
+    (sum, modulation)
+}
+
+/// The means over patches of those pixels that are found, where the own one is.
+fn mean_of_found(mut distance: Vec<f32>, found: &[f32], size: [usize; 2]) -> Vec<f32> {
+    let is_found: Vec<f32> = found.iter().map(|found| f32::from(*found > 0.0)).collect();
+    distance
+        .iter_mut()
+        .zip(&is_found)
+        .for_each(|(distance, found)| *distance *= found);
+    let mut means = blur::mean(&distance, size, PATCH_RADIUS);
+    let parts = blur::mean(&is_found, size, PATCH_RADIUS);
+    for (mean, part) in means.iter_mut().zip(parts) {
+        *mean /= part.max(f32::MIN_POSITIVE);
+    }
+    means
+}
+
+/// What may differ between a frame and another one.
+#[derive(Clone, Copy)]
+enum Kind {
+    /// Nothing.
+    Still,
+    /// The place of the camera, or the light where vectors tell of no motion.
+    CameraMoves,
+    /// Objects, by their motion vectors, and with them the light.
+    SceneMoves,
+}
+
+/// The frames between two, in the order of the way from the own one.
+fn between<'a>(own: &Frame, others: &[&'a Frame], other: &Frame) -> impl Iterator<Item = &'a Frame> {
+    let (own, other) = (own.number, other.number);
+    let [first, last] = [own.min(other), own.max(other)];
+    let mut frames = others.to_vec();
+    frames.retain(|frame| first < frame.number && frame.number < last);
+    frames.sort_by_key(|frame| frame.number.abs_diff(own));
+    frames.into_iter()
 }
 
 /// The weight of each pixel of the other frame by what the surroundings of this half say.
-fn weights_of(own: &Frame, other: &Signal, half: usize, (found, is_still): (&[f32], bool), simd: Isa) -> Vec<f32> {
+fn weights_of(own: &Frame, other: &Signal, half: usize, (found, kind): (&[f32], Kind), simd: Isa) -> Vec<f32> {
+    /// The difference that chance makes of patches that are alike.
+    const SLACK: f32 = 1.0;
+    /// The least variance, in parts of the square of the light: less is not seen.
+    const LEAST: f32 = 0.02 * 0.02;
+    let least = if matches!(kind, Kind::SceneMoves) { LEAST } else { 0.0 };
     let mut distance = vec![0.0; own.pixels()];
     let [width, _] = own.size;
     distance.par_chunks_mut(width).enumerate().for_each(|(y, out)| {
@@ -82,19 +142,24 @@ fn weights_of(own: &Frame, other: &Signal, half: usize, (found, is_still): (&[f3
             other: row(&other.halves[half], y, width),
             own_variance: row(&own.signal.variance, y, width),
             other_variance: row(&other.variance, y, width),
+            least,
         });
     });
-    let mut smooth = blur::mean(&distance, own.size, PATCH_RADIUS);
+    let mut smooth = if matches!(kind, Kind::SceneMoves) {
+        mean_of_found(distance, found, own.size)
+    } else {
+        blur::mean(&distance, own.size, PATCH_RADIUS)
+    };
     smooth
         .par_chunks_mut(width)
         .zip(found.par_chunks(width))
         .for_each(|(row, found)| {
             for (distance, found) in row.iter_mut().zip(found) {
                 *distance = found
-                    * if is_still {
-                        still_weight(*distance)
-                    } else {
-                        weight(*distance)
+                    * match kind {
+                        Kind::Still => still_weight(*distance),
+                        Kind::CameraMoves => weight(*distance),
+                        Kind::SceneMoves => weight(*distance - SLACK),
                     };
             }
         });
@@ -159,6 +224,8 @@ struct Difference<'a> {
     other: [&'a [f32]; 3],
     own_variance: [&'a [f32]; 3],
     other_variance: [&'a [f32]; 3],
+    /// The least variance, in parts of the square of the light.
+    least: f32,
 }
 
 impl VectorLoop for Difference<'_> {
@@ -169,7 +236,8 @@ impl VectorLoop for Difference<'_> {
             let (a, b) = (&self.own[c][..n], &self.other[c][..n]);
             let (va, vb) = (&self.own_variance[c][..n], &self.other_variance[c][..n]);
             for x in 0..n {
-                self.out[x] += difference(a[x], b[x], va[x], vb[x]);
+                let [va, vb] = [va[x] + self.least * (a[x] * a[x]), vb[x] + self.least * (b[x] * b[x])];
+                self.out[x] += difference(a[x], b[x], va, vb);
             }
         }
     }

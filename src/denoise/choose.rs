@@ -22,8 +22,8 @@ pub(super) const OF_MEAN: f32 = 0.5 * (1.0 - CORRELATION) / (1.0 + CORRELATION);
 /// channels: noise that is lower needs none.
 pub(super) const LEAST_ERROR: f32 = (0.01 / 3.0) * (0.01 / 3.0);
 
-/// Mixes the means of two windows with `mean`, the noisy signal that they filtered.
-pub(super) fn choose(own: &Frame, mean: &Signal, windows: &[Filtered; 2]) -> Denoised {
+/// Mixes the means of two windows with `mean`, the noisy signal that they filtered, and multiplies it.
+pub(super) fn choose(own: &Frame, (mean, modulation): (&Signal, &Color), windows: &[Filtered; 2]) -> Denoised {
     let noise: Vec<f32> = (0..own.pixels()).map(|i| 0.5 * sum(&mean.variance, i)).collect();
     let weights = error_weights(own, &windows[1].halves);
     let [(errors, told), (large_errors, large_told)] =
@@ -50,12 +50,12 @@ pub(super) fn choose(own: &Frame, mean: &Signal, windows: &[Filtered; 2]) -> Den
     };
     let beauty: Color = std::array::from_fn(|c| {
         let [small, large] = [0, 1].map(|w| mean_of(&windows[w].halves, c));
-        mix(&mean_of(&mean.halves, c), &small, &large, &own.modulation[c])
+        mix(&mean_of(&mean.halves, c), &small, &large, &modulation[c])
     });
     let layer = |layer: usize| -> Color {
         std::array::from_fn(|c| {
             let [small, large] = [0, 1].map(|w| &windows[w].light[layer][c]);
-            mix(&mean.light[layer][c], small, large, &own.modulation[c])
+            mix(&mean.light[layer][c], small, large, &modulation[c])
         })
     };
     let mut denoised = Denoised {
@@ -81,7 +81,7 @@ pub(super) fn choose(own: &Frame, mean: &Signal, windows: &[Filtered; 2]) -> Den
         for (c, plane) in errors_left.iter_mut().enumerate() {
             // What was cut may have been true.
             let cut = own.cut[c][i];
-            plane[i] = (square / 3.0 + cut * cut).sqrt() * own.modulation[c][i];
+            plane[i] = (square / 3.0 + cut * cut).sqrt() * modulation[c][i];
         }
     }
     denoised.error = Some(errors_left);

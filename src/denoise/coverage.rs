@@ -29,8 +29,8 @@ pub(super) fn filter_alpha(own: &Frame, others: &[&Frame], denoised: &mut Denois
         .filter(|other| reproject::is_still(own, other))
         .map(|other| self::gray(other))
         .collect();
-    let mean = accumulate::accumulate(&gray, &others.iter().collect::<Vec<_>>(), simd);
-    let filtered = choose::choose(&gray, &mean, &nlm::filter(&mean, &gray, simd));
+    let (mean, modulation) = accumulate::accumulate(&gray, &others.iter().collect::<Vec<_>>(), simd);
+    let filtered = choose::choose(&gray, (&mean, &modulation), &nlm::filter(&mean, &gray, simd));
     let [is_near, ..] = fill(&[(); 3].map(|()| own.alpha.clone()), &own.alpha, own.size);
     let alpha = (0..own.pixels()).map(|i| match filtered.is_exact[i] || is_near[i] == 0.0 {
         true => own.alpha[i],

@@ -5,6 +5,7 @@ use super::{
     level::{levels, noise_around},
     outliers,
     signal::{Color, Signal},
+    vectors::Vectors,
 };
 
 /// The features of the surfaces that a frame shows, with the variances of their means.
@@ -57,6 +58,8 @@ pub struct CameraMatrices {
 /// A frame as the denoiser reads it.
 #[derive(Clone, Debug, Default)]
 pub struct Frame {
+    /// The number of the frame: motion vectors lead to that before and to the next one.
+    pub number: i32,
     /// Columns and rows.
     pub size: [usize; 2],
     /// The top left pixel of the frame in the whole picture, and the picture's columns and rows.
@@ -80,6 +83,8 @@ pub struct Frame {
     pub families: Vec<Vec<usize>>,
     /// The camera, where the file tells it.
     pub camera: Option<CameraMatrices>,
+    /// The motion of what pixels show, where the file tells it.
+    pub vectors: Option<Vectors>,
 }
 
 impl Frame {

@@ -12,12 +12,17 @@ use crate::{
     simd::Isa,
 };
 
-/// Denoises `mean`, the mean over time at the pixels of `own`.
-pub(super) fn denoise(own: &Frame, mean: &Signal, oidn: &mut Oidn, simd: Isa) -> Result<Denoised, OidnError> {
+/// Denoises `mean`, the mean over time at the pixels of `own`, which the second color multiplies.
+pub(super) fn denoise(
+    own: &Frame,
+    (mean, modulation): (&Signal, &Color),
+    oidn: &mut Oidn,
+    simd: Isa,
+) -> Result<Denoised, OidnError> {
     let pixels = own.pixels();
     let noisy: Color = std::array::from_fn(|c| {
         let halves = mean.halves[0][c].iter().zip(&mean.halves[1][c]);
-        let light = halves.zip(&own.modulation[c]).map(|((a, b), by)| 0.5 * (a + b) * by);
+        let light = halves.zip(&modulation[c]).map(|((a, b), by)| 0.5 * (a + b) * by);
         light.collect()
     });
     let noisy = coverage::fill(&noisy, &own.alpha, own.size);
@@ -50,7 +55,7 @@ pub(super) fn denoise(own: &Frame, mean: &Signal, oidn: &mut Oidn, simd: Isa) ->
         });
     }
     let windows = nlm::filter(mean, own, simd);
-    let mut denoised = choose::choose(own, mean, &windows);
+    let mut denoised = choose::choose(own, (mean, modulation), &windows);
     (denoised.beauty, denoised.error) = (beauty, None);
     choose::scale_families(own, &mut denoised);
     Ok(denoised)

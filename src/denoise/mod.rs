@@ -2,8 +2,8 @@
 //!
 //! Outliers are cut first (`outliers`). Then it works in three steps, each a pure function of pixels:
 //!
-//! 1. The frames around a frame are brought to its pixels by the cameras and the depth (`reproject`) and averaged
-//!    where a test of the two pixels' surroundings cannot tell them apart (`accumulate`).
+//! 1. The frames around a frame are brought to its pixels by the cameras and the depth (`reproject`), and where surfaces move by
+//!    their motion vectors (`motion`), and averaged where a test of the two pixels' surroundings cannot tell them apart (`accumulate`).
 //! 2. Each pixel becomes a mean of the pixels around it (`nlm`), weighted by how alike their surroundings, normals, depths and
 //!    albedos are, in windows of two sizes.
 //! 3. The windows are mixed by their estimated errors, and the result with the mean of step 1, so that it goes to the
@@ -20,6 +20,7 @@
 //! Carlo Renderings", EGSR 2016, doi:10.1111/cgf.12954.
 
 mod accumulate;
+mod albedo;
 mod blur;
 mod choose;
 mod coverage;
@@ -28,17 +29,22 @@ mod error;
 mod frame;
 mod learned;
 mod level;
+mod lighting;
+mod motion;
 mod nlm;
 mod outliers;
 mod padded;
+mod places;
 mod projection;
 mod reproject;
 mod signal;
+mod vectors;
 
 pub use denoised::Denoised;
 pub use error::DenoiseError;
 pub use frame::{CameraMatrices, Frame, Guides};
 pub use signal::{Color, Signal};
+pub use vectors::Vectors;
 
 pub use crate::native::{Oidn, OidnError};
 use crate::simd::Isa;
@@ -57,13 +63,13 @@ pub enum Method {
 /// # Errors
 /// Open Image Denoise has failed.
 pub fn denoise(own: &Frame, others: &[&Frame], method: &mut Method, simd: Isa) -> Result<Denoised, OidnError> {
-    let mean = accumulate::accumulate(own, others, simd);
+    let (mean, modulation) = accumulate::accumulate(own, others, simd);
     let mut denoised = match method {
         Method::NonLocalMeans => {
             let windows = nlm::filter(&mean, own, simd);
-            choose::choose(own, &mean, &windows)
+            choose::choose(own, (&mean, &modulation), &windows)
         }
-        Method::Oidn(oidn) => learned::denoise(own, &mean, oidn, simd)?,
+        Method::Oidn(oidn) => learned::denoise(own, (&mean, &modulation), oidn, simd)?,
     };
     coverage::filter_alpha(own, others, &mut denoised, simd);
     Ok(denoised)

@@ -1,4 +1,5 @@
-//! A frame brought to the pixels of another: by the cameras and the depth, with what does not fit left out.
+//! A frame brought to the pixels of another: by the cameras and the depth, or by motion vectors where the surface moves, with what does
+//! not fit left out.
 //!
 //! Where the camera rests and the scene is the same, pixels show the same. Where one of them has changed, a pixel must show the same
 //! surface, and its light is tested (`accumulate`).
@@ -6,7 +7,10 @@
 use rayon::prelude::*;
 
 use super::{
+    albedo::{self, Albedo},
     frame::Frame,
+    motion::{self, Follow, Way},
+    places::{self, Taps, around, cubic, has_depth, rests},
     projection::{Place, Projection},
     signal::Signal,
 };
@@ -18,13 +22,25 @@ pub(super) struct Reprojected {
     pub found: Vec<f32>,
     /// Whether the camera rests and the scene is the same.
     pub is_still: bool,
+    /// The divisor of its light, where something moves.
+    pub albedo: Option<Albedo>,
 }
 
-/// Four pixels of the other frame with their weights, which sum to 1; no weight where nothing fits.
-type Taps = [(u32, f32); 4];
+/// The pixels that show what a pixel shows.
+#[derive(Clone, Copy)]
+struct Found {
+    taps: Taps,
+    /// The place of a surface that moves in the world.
+    moves: Option<Place>,
+}
 
-/// The other frame at the pixels of `own`; `None` where it cannot be told where they are.
-pub(super) fn reproject(own: &Frame, other: &Frame) -> Option<Reprojected> {
+/// The other frame at the pixels of `own`, with those between them in the order of the way; `None` where it cannot be told where they
+/// are.
+pub(super) fn reproject<'a>(
+    own: &'a Frame,
+    between: impl Iterator<Item = &'a Frame>,
+    other: &'a Frame,
+) -> Option<Reprojected> {
     if is_still(own, other) {
         return Some(Reprojected {
             signal: same_pixels(own, other),
@@ -35,31 +51,45 @@ pub(super) fn reproject(own: &Frame, other: &Frame) -> Option<Reprojected> {
                 .map(|(a, b)| covered(*a, *b))
                 .collect(),
             is_still: true,
+            albedo: None,
         });
     }
     let rests = rests(own, other);
-    let projection = if rests {
-        None
-    } else {
-        Some(Projection::new(own, other)?)
+    let projection = if rests { None } else { Projection::new(own, other) };
+    let way = Way::new(own, between, other);
+    if !rests && projection.is_none() && way.is_none() {
+        return None;
+    }
+    let finder = Finder {
+        own,
+        other,
+        rests,
+        projection,
+        way,
     };
-    let taps: Vec<Taps> = (0..own.pixels())
-        .into_par_iter()
-        .map(|i| taps(own, other, projection.as_ref(), i))
-        .collect();
+    let all: Vec<Found> = (0..own.pixels()).into_par_iter().map(|i| finder.find(i)).collect();
     let gather = |plane: &[f32], square: bool| -> Vec<f32> {
-        let value = |taps: &Taps| {
-            taps.iter()
-                .map(|&(i, w)| if square { w * w } else { w } * plane[i as usize])
+        let value = |found: &Found| {
+            let taps = found.taps.iter();
+            taps.map(|&(i, w)| if square { w * w } else { w } * plane[i as usize])
                 .sum()
         };
-        taps.par_iter().map(value).collect()
+        all.par_iter().map(value).collect()
     };
     let covers = gather(&other.alpha, false);
+    let albedo = finder.way.as_ref().map(|_| {
+        let Albedo { color, variance, .. } = Albedo::of(other);
+        Albedo {
+            color: std::array::from_fn(|c| finder.sharp(&color[c], &all)),
+            variance: gather(&variance, true),
+            is_between: all.iter().map(|found| found.taps[0].1 != 1.0).collect(),
+        }
+    });
     let found = (0..own.pixels())
         .map(|i| {
-            // What mirrors and glass show is not at the place of their surface: where the camera moves, it is left to the own frame.
-            let specular = own.specular.as_ref().filter(|_| !rests);
+            // What mirrors and glass show is not at the place of their surface: where that or the camera moves, it is left to the own
+            // frame.
+            let specular = own.specular.as_ref().filter(|_| !rests || all[i].moves.is_some());
             covered(own.alpha[i], covers[i]) * (1.0 - specular.map_or(0.0, |specular| specular[i]))
         })
         .collect();
@@ -77,17 +107,13 @@ pub(super) fn reproject(own: &Frame, other: &Frame) -> Option<Reprojected> {
         },
         found,
         is_still: false,
+        albedo,
     })
 }
 
 /// Whether the camera rests and the scene is the same.
 pub(super) fn is_still(own: &Frame, other: &Frame) -> bool {
     rests(own, other) && own.scene.is_some() && own.scene == other.scene
-}
-
-fn rests(own: &Frame, other: &Frame) -> bool {
-    let window = |frame: &Frame| (frame.origin, frame.resolution);
-    own.camera.is_some() && own.camera == other.camera && window(own) == window(other)
 }
 
 /// The weight of a pixel of another frame by the alphas of both.
@@ -98,11 +124,6 @@ fn covered(own: f32, other: f32) -> f32 {
 /// The signal of the other frame in parts of the own albedo, whose noise cancels then.
 fn same_pixels(own: &Frame, other: &Frame) -> Signal {
     let mut signal = other.signal.clone();
-    let Signal {
-        halves,
-        variance,
-        light,
-    } = &mut signal;
     for c in 0..3 {
         let albedo = |frame: &Frame, i: usize| frame.modulation[c][i] / frame.alpha[i];
         let factor = |i: usize| {
@@ -114,81 +135,80 @@ fn same_pixels(own: &Frame, other: &Frame) -> Signal {
             }
         };
         let factors: Vec<f32> = (0..own.pixels()).map(factor).collect();
-        for color in halves.iter_mut().chain(&mut *light) {
-            color[c].iter_mut().zip(&factors).for_each(|(value, by)| *value *= by);
-        }
-        variance[c]
-            .iter_mut()
-            .zip(&factors)
-            .for_each(|(value, by)| *value *= by * by);
+        albedo::scale(&mut signal, c, &factors);
     }
     signal
 }
 
-/// The pixels of the other frame around the place of pixel `i`, as far as they show the same surface. Without a projection it is
-/// the same place.
-fn taps(own: &Frame, other: &Frame, projection: Option<&Projection>, i: usize) -> Taps {
-    /// The least part of the weights that must fit.
-    const LEAST: f32 = 0.1;
-    let mut taps = [(0, 0.0); 4];
-    let Some(projection) = projection else {
-        let fits = shows_same(own, i, other, i, own.guides.inverse_depth[i]);
-        taps[0] = (i as u32, f32::from(fits));
-        return taps;
-    };
-    let [width, _] = own.size;
-    let (column, row) = (i % width, i / width);
-    let depth = 1.0 / f64::from(own.guides.inverse_depth[i].max(1e-10));
-    let place = projection.place(Place {
-        x: f64::from(own.origin[0]) + column as f64 + 0.5,
-        y: f64::from(own.origin[1]) + row as f64 + 0.5,
-        depth,
-    });
-    let Some(place) = place else { return taps };
-    let (x, y) = (
-        place.x - f64::from(other.origin[0]) - 0.5,
-        place.y - f64::from(other.origin[1]) - 0.5,
-    );
-    let (x0, y0) = (x.floor(), y.floor());
-    let (u, v) = ((x - x0) as f32, (y - y0) as f32);
-    let mut sum = 0.0;
-    for (k, tap) in taps.iter_mut().enumerate() {
-        let (dx, dy) = (k % 2, k / 2);
-        let (column, row) = (x0 + dx as f64, y0 + dy as f64);
-        let is_inside = |at: f64, size: usize| at >= 0.0 && at < size as f64;
-        if !is_inside(column, other.size[0]) || !is_inside(row, other.size[1]) {
-            continue;
-        }
-        let at = row as usize * other.size[0] + column as usize;
-        if shows_same(own, i, other, at, (1.0 / place.depth) as f32) {
-            let along = |at: usize, part: f32| if at == 0 { 1.0 - part } else { part };
-            *tap = (at as u32, along(dx, u) * along(dy, v));
-            sum += tap.1;
-        }
-    }
-    let scale = if sum >= LEAST { 1.0 / sum } else { 0.0 };
-    for tap in &mut taps {
-        tap.1 *= scale;
-    }
-    taps
+/// Finds what pixels of a frame show in another one.
+struct Finder<'a> {
+    own: &'a Frame,
+    other: &'a Frame,
+    /// Whether the camera rests.
+    rests: bool,
+    /// The way of surfaces that rest, where the camera moves and it can be told.
+    projection: Option<Projection>,
+    /// The way of surfaces that move, where they do.
+    way: Option<Way<'a>>,
 }
 
-/// Whether pixel `j` of the other frame shows the surface of pixel `i`, whose inverse depth from there is given.
-fn shows_same(own: &Frame, i: usize, other: &Frame, j: usize, inverse_depth: f32) -> bool {
-    /// The part by which depths may differ, and the squared length by which normals may.
-    const DEPTH: f32 = 0.03;
-    const NORMAL: f32 = 0.15;
-    let (a, b) = (&own.guides, &other.guides);
-    let is_same_object = match (&a.object, &b.object) {
-        (Some(a), Some(b)) => a[i] == b[j],
-        _ => true,
-    };
-    let normals: f32 = (0..3).map(|c| (a.normal[c][i] - b.normal[c][j]).powi(2)).sum();
-    let depth = b.inverse_depth[j] - inverse_depth;
-    let noise = a.inverse_depth_variance[i] + b.inverse_depth_variance[j];
-    let most = DEPTH * b.inverse_depth[j].max(inverse_depth);
-    other.alpha[j] > 0.0
-        && is_same_object
-        && normals <= NORMAL + 4.0 * (a.normal_variance[i] + b.normal_variance[j])
-        && depth * depth <= most * most + 4.0 * noise
+impl Finder<'_> {
+    /// The pixels of the other frame around the place of pixel `i`, as far as they show the same surface.
+    fn find(&self, i: usize) -> Found {
+        const NONE: Taps = [(0, 0.0); 4];
+        let follow = match &self.way {
+            Some(way) => way.follow(i),
+            // The way lacks a frame.
+            None if self.rests && motion::moves(self.own, self.other, i) => Follow::Lost,
+            None => Follow::Rests,
+        };
+        let (place, by) = match (&follow, &self.projection) {
+            (Follow::Moves(place, by), _) => (Some(*place), Some(*by)),
+            (Follow::Rests, Some(projection)) => (projection.place(places::of(self.own, i)), None),
+            (Follow::Rests, None) if self.rests => {
+                let mut taps = NONE;
+                let fits = self.shows_same(i, i, self.own.guides.inverse_depth[i]);
+                taps[0] = (i as u32, f32::from(fits));
+                return Found { taps, moves: None };
+            }
+            (Follow::Rests | Follow::Lost, _) => (None, None),
+        };
+        let taps = place.map_or(NONE, |place| {
+            let leads_back = |j| by.is_none_or(|by| self.way.as_ref().is_none_or(|way| way.leads_back(j, by)));
+            let fits = |j| self.shows_same(i, j, (1.0 / place.depth) as f32) && leads_back(j);
+            around(self.other, place, fits)
+        });
+        Found {
+            taps,
+            moves: place.filter(|_| by.is_some()),
+        }
+    }
+
+    /// A plane of the other frame at these places, by cubic interpolation where a surface that moves fills the pixels around.
+    fn sharp(&self, plane: &[f32], found: &[Found]) -> Vec<f32> {
+        let value = |found: &Found| -> f32 {
+            let sharp = found
+                .moves
+                .and_then(|place| cubic(self.other, place, plane, found.taps[0].0 as usize));
+            sharp.unwrap_or_else(|| found.taps.iter().map(|&(i, w)| w * plane[i as usize]).sum())
+        };
+        found.par_iter().map(value).collect()
+    }
+
+    /// Whether pixel `j` of the other frame shows the surface of pixel `i`, whose inverse depth from there is given.
+    fn shows_same(&self, i: usize, j: usize, inverse_depth: f32) -> bool {
+        /// The squared length by which normals may differ.
+        const NORMAL: f32 = 0.15;
+        let (a, b) = (&self.own.guides, &self.other.guides);
+        let is_same_object = match (&self.way, &a.object, &b.object) {
+            (Some(way), ..) => way.shows_same_object(i, j),
+            (None, Some(a), Some(b)) => a[i] == b[j],
+            _ => true,
+        };
+        let normals: f32 = (0..3).map(|c| (a.normal[c][i] - b.normal[c][j]).powi(2)).sum();
+        self.other.alpha[j] > 0.0
+            && is_same_object
+            && normals <= NORMAL + 4.0 * (a.normal_variance[i] + b.normal_variance[j])
+            && has_depth((a, i), (b, j), inverse_depth)
+    }
 }

@@ -1,6 +1,7 @@
 //! The denoiser on pictures whose truth is known.
 
 mod alpha;
+mod motion;
 
 use super::{CameraMatrices, Color, Denoised, Frame, Guides, Method, accumulate, denoise, nlm};
 use crate::{
@@ -140,7 +141,7 @@ fn white_noise_is_left_with_the_variance_that_the_weights_predict() {
 fn frames_around_take_the_noise_of_a_still_camera_down_by_their_number() {
     let frames: Vec<Frame> = (0..5).map(|i| frame(i, 0.0, 0.1, |_, _| 1.0)).collect();
     let others: Vec<&Frame> = frames[..4].iter().collect();
-    let mean = accumulate::accumulate(&frames[4], &others, Isa::best());
+    let (mean, _) = accumulate::accumulate(&frames[4], &others, Isa::best());
     let left = mean_square(mean.halves.iter().flatten().flatten().map(|v| v - 2.0));
     assert!((left / (0.04 / 5.0) - 1.0).abs() < 0.05, "{left}");
     let told = mean.variance.iter().flatten().map(|v| f64::from(*v)).sum::<f64>() / (3 * PIXELS) as f64;
@@ -167,7 +168,7 @@ fn noise_left_of_a_moving_camera(correlation: f32) -> f64 {
         frame
     };
     let (own, other) = (frame(1, 0.0, 0), frame(2, step, 6));
-    let mean = accumulate::accumulate(&own, &[&other], Isa::best());
+    let (mean, _) = accumulate::accumulate(&own, &[&other], Isa::best());
     let inner = |values: &Color| -> f64 {
         let pixels = (8..88).flat_map(|x| (8..72).map(move |y| (x, y)));
         mean_square((0..3).flat_map(|c| {
@@ -193,7 +194,7 @@ fn a_moving_camera_finds_the_places_of_the_wall_again() {
 fn what_has_changed_between_frames_is_left_out() {
     let own = frame(1, 0.0, 0.02, |_, _| 1.0);
     let other = frame(2, 0.0, 0.02, |x, _| if x < 48 { 1.0 } else { 1.5 });
-    let mean = accumulate::accumulate(&own, &[&other], Isa::best());
+    let (mean, _) = accumulate::accumulate(&own, &[&other], Isa::best());
     let of = |columns: std::ops::Range<usize>| {
         let values = columns.flat_map(|x| (0..SIZE[1]).map(move |y| y * SIZE[0] + x));
         values.map(|i| f64::from(mean.halves[0][0][i])).sum::<f64>() / (40.0 * 80.0)
@@ -214,7 +215,7 @@ fn where_the_scene_has_changed_a_resting_camera_tests_surface_and_light() {
         other.scene = Some("another".to_owned());
     }
     let taken = |other: &Frame| {
-        let mean = accumulate::accumulate(&own, &[other], Isa::best());
+        let (mean, _) = accumulate::accumulate(&own, &[other], Isa::best());
         let differs = |i: usize| mean.halves[0][0][i] != own.signal.halves[0][0][i];
         let count = |columns: std::ops::Range<usize>| {
             (0..PIXELS)
@@ -312,7 +313,7 @@ fn a_bright_path_of_another_frame_beside_a_lamp_counts_as_little_as_its_brightne
         frame.set_light(halves, Vec::new());
         frame
     });
-    let mean = mean_of(&accumulate::accumulate(&frames[0], &[&frames[1]], Isa::best()).halves);
+    let mean = mean_of(&accumulate::accumulate(&frames[0], &[&frames[1]], Isa::best()).0.halves);
     // It may have twice the light, and counts as 2 / 16: (1 + 8.5 / 8) / (1 + 1 / 8).
     let light = 0.5 * mean[0][path];
     assert!((light - 1.83).abs() < 0.05, "{light}");

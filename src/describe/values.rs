@@ -203,6 +203,14 @@ impl Values {
         Diagnostics::new(&desc.source.clone().with(overrides), problems).map_or(Ok(()), Err)
     }
 
+    /// Whether objects may move or deform.
+    pub fn moves_objects(&self) -> bool {
+        let looks = ["material", "visible"];
+        self.keys().any(|(entity, path)| {
+            entity.object().is_some() && !path.first().is_some_and(|step| looks.contains(&step.as_str()))
+        })
+    }
+
     /// Whether the visibility of the background has values.
     pub fn hides_background(&self) -> bool {
         let hides = |column: &Column| column.entity == Entity::Background && column.path == ["visible"];

@@ -161,7 +161,7 @@ impl PassSpec {
         )
     }
 
-    /// Whether denoisers read it, so that the name `denoise` includes it.
+    /// Whether denoisers read it, so that the name `denoise` includes it. Where objects move, jobs add those that follow motion.
     pub fn serves_denoisers(&self) -> bool {
         self.is_by_halves() || self.feature().is_some() || self.name == "objectId"
     }

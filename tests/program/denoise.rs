@@ -304,3 +304,64 @@ fn open_image_denoise_is_asked_for_by_name_where_it_is_missing() {
     assert!(error.contains("--oidn-lib") && error.contains("OIDN_DIR"), "{error}");
     assert!(!folder.path("d.1.exr").exists());
 }
+
+/// A bright card that moves to the right before a wall.
+const MOVING: &str = r#"
+values = "v.csv"
+[render]
+width = 48
+height = 32
+samples = 4
+[camera]
+perspective = { eye = [0, 0, 4], target = [0, 0, 0], fov = 40 }
+[texture.boards]
+checker = { a = 0.8, b = 0.3 }
+transform = { scale = 4 }
+[material.card]
+matte = { albedo = "texture.boards" }
+[material.wall]
+matte = { albedo = 0.5 }
+[[object]]
+name = "card"
+material = "card"
+shape.quad = { corners = [[-0.5, -0.5, 0.5], [0.5, -0.5, 0.5], [0.5, 0.5, 0.5], [-0.5, 0.5, 0.5]] }
+transform = { translate = [0, 0, 0] }
+[[object]]
+material = "wall"
+shape.quad = { corners = [[-4, -4, 0], [4, -4, 0], [4, 4, 0], [-4, 4, 0]] }
+[[light]]
+name = "key"
+point = { position = [1, 2, 4], intensity = 20 }
+"#;
+
+#[test]
+fn a_job_keeps_motion_vectors_for_its_denoiser_where_objects_move_and_parts_have_the_bytes_of_the_whole() {
+    let folder = Folder::new();
+    folder.write("s.toml", MOVING);
+    let has_vectors = |name: &str| {
+        let image = folder.open_exr(name);
+        let mut channels = image.layer_data.iter().flat_map(|layer| &layer.channel_data.list);
+        channels.any(|channel| channel.name.eq("forward.u"))
+    };
+    let job = "s.toml -q --denoise --temporal 2 -r 1-4 -o";
+    folder.write("v.csv", "frame,light.key.point.intensity\n1,20\n4,10\n");
+    folder.succeed(&words(&[job, "light/f.#.exr"]));
+    assert!(!has_vectors("light/noisy/f.2.exr"));
+    folder.write("v.csv", "frame,object.card.transform.translate.x\n1,-0.6\n4,0.6\n");
+    folder.succeed(&words(&[job, "whole/f.#.exr"]));
+    assert!(has_vectors("whole/noisy/f.2.exr") && has_vectors("whole/f.2.exr"));
+    for step in ["render", "denoise"] {
+        for part in ["1/2", "2/2"] {
+            folder.succeed(&words(&[job, "parts/f.#.exr --denoise-step", step, "--part", part]));
+        }
+    }
+    folder.succeed(&words(&["s.toml -q -r 1-4 --aovs denoise -o apart/n.#.exr"]));
+    folder.succeed(&words(&["denoise apart/n.#.exr -o apart/f.#.exr -t 1"]));
+    for i in 1..=4 {
+        let [whole, parts] = ["whole", "parts"].map(|home| folder.read(&format!("{home}/f.{i}.exr")));
+        assert!(whole == parts, "{i}");
+        let [whole, apart] =
+            ["whole", "apart"].map(|home| channel(&folder.open_exr(&format!("{home}/f.{i}.exr")), "G"));
+        assert!(whole == apart, "{i}");
+    }
+}

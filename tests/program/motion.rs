@@ -271,7 +271,7 @@ fn motion_vectors_of_a_triangle_that_morphs_turns_and_grows_land_where_its_corne
                 seen += usize::from(expected.x.hypot(expected.y) > 0.3);
             }
         }
-        assert!(seen > 20, "{camera}: {seen}");
+        assert!(seen > 8, "{camera}: {seen}");
     }
 }
 

@@ -24,6 +24,8 @@ pub(in crate::batch) struct PassChoice {
     pub is_shown: bool,
     /// Whether all available passes are requested.
     pub is_all: bool,
+    /// Whether those that denoisers read are requested.
+    pub serves_denoisers: bool,
 }
 
 impl PassChoice {
@@ -71,6 +73,7 @@ impl PassChoice {
             passes,
             is_shown: false,
             is_all: names.0.iter().any(|name| name.get_ref() == ALL),
+            serves_denoisers: names.0.iter().any(|name| name.get_ref() == DENOISE),
         })
     }
 
@@ -90,6 +93,7 @@ impl PassChoice {
             .map(PassRequest::Pass);
         let missing: Vec<PassRequest> = denoise.filter(|pass| !self.passes.contains(pass)).collect();
         self.passes.extend(missing);
+        self.serves_denoisers = true;
     }
 
     /// The content to render: no light if files show only data.
@@ -155,7 +159,7 @@ fn shown(name: &str) -> Result<PassChoice, UnfitToShow> {
         _ => Ok(PassChoice {
             passes: vec![pass],
             is_shown: true,
-            is_all: false,
+            ..PassChoice::default()
         }),
     }
 }

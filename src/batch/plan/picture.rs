@@ -7,7 +7,7 @@ use crate::{
     camera::{FrameCamera, SceneCamera},
     describe::{Diagnostics, SceneDesc},
     error::Error,
-    film::{Window, coverage::DEFAULT_RANKS},
+    film::{PassRequest, PassSpec, Window, coverage::DEFAULT_RANKS, passes::PASSES},
     integrator::BuiltIn,
     math::{WorkingSpace, exponential},
     output::{DisplayTransform, FilePattern, Shown},
@@ -40,6 +40,8 @@ pub struct PicturePlan {
     pub seed_mode: SeedMode,
     /// The primaries of the light.
     pub working_space: WorkingSpace,
+    /// Whether denoisers read the files.
+    pub(super) serves_denoisers: bool,
     /// The planes of each film that go into its files.
     pub shown: Shown,
     pub view: DisplayTransform,
@@ -94,12 +96,24 @@ impl PicturePlan {
             },
             seed_mode: desc.render.seed_mode,
             working_space: desc.render.working_space,
+            serves_denoisers: choice.serves_denoisers && !choice.is_all,
             // The first plane is what the integrator computes.
             shown: if choice.is_shown { Shown::Plane(1) } else { Shown::All },
             view: desc.output.view,
             exposure: desc.output.exposure.stops().unwrap_or_default(),
             metering_camera: None,
         })
+    }
+}
+
+impl PicturePlan {
+    /// Adds the motion vectors, which denoisers read where objects move, unless the films have them.
+    pub(super) fn add_vectors(&mut self) {
+        let follows = |spec: &&PassSpec| spec.follows_motion();
+        let vectors = PASSES.iter().filter(follows).map(PassRequest::Pass);
+        let passes = &mut self.settings.passes;
+        let missing: Vec<PassRequest> = vectors.filter(|pass| !passes.contains(pass)).collect();
+        passes.extend(missing);
     }
 }
 

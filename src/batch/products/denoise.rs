@@ -29,7 +29,7 @@ use crate::{
 pub(super) const DENOISED: &str = "batch-render/denoised";
 
 /// Rises with every change of the denoiser that changes pixels.
-const VERSION: u32 = 6;
+const VERSION: u32 = 7;
 
 /// A sequence to denoise.
 #[derive(Clone, Debug)]
@@ -265,7 +265,10 @@ impl LoadedFrame {
         }
         let layers = layers::light_layers(&file);
         Ok(Self {
-            frame: layers::frame(&file, &layers, path)?,
+            frame: Frame {
+                number,
+                ..layers::frame(&file, &layers, path)?
+            },
             layers,
             number,
             path: path.to_owned(),

@@ -51,7 +51,7 @@ fn edges_of_a_resting_camera_keep_their_light_over_alpha() {
         frame.set_light([light.clone(), light], Vec::new());
         frame
     });
-    let mean = accumulate::accumulate(&frames[0], &[&frames[1]], Isa::best());
+    let (mean, _) = accumulate::accumulate(&frames[0], &[&frames[1]], Isa::best());
     for (i, light) in mean.halves[0][0].iter().enumerate() {
         let light = light * frames[0].modulation[0][i];
         assert!((light - 0.8 * frames[0].alpha[i]).abs() < 1e-5);

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use crate::{
     batch::resume::fingerprint::SCENE,
-    denoise::{CameraMatrices, Color, DenoiseError, Denoised, Frame, Guides},
+    denoise::{CameraMatrices, Color, DenoiseError, Denoised, Frame, Guides, Vectors},
     film::passes::{GROUP_PREFIX, PASSES, PassSource},
     output::{ExrFile, FilePlane, Numbers, Value},
 };
@@ -72,6 +72,21 @@ impl Reader<'_> {
     fn sum(&self, layer: &str, channels: [&str; 3]) -> Result<Vec<f32>, DenoiseError> {
         let [x, y, z] = self.color(layer, channels)?;
         Ok(x.iter().zip(y).zip(z).map(|((x, y), z)| x + y + z).collect())
+    }
+
+    /// The motion vectors, where the file has them.
+    fn vectors(&self) -> Result<Option<Vectors>, DenoiseError> {
+        let [backward, forward] = ["backward", "forward"];
+        if [backward, forward]
+            .iter()
+            .any(|layer| find(self.file, &format!("{layer}.u")).is_none())
+        {
+            return Ok(None);
+        }
+        Ok(Some(Vectors {
+            backward: self.color(backward, ["u", "v", "z"])?,
+            forward: self.color(forward, ["u", "v", "z"])?,
+        }))
     }
 
     fn number(&self, name: &str) -> Option<f32> {
@@ -150,6 +165,7 @@ pub(super) fn frame(file: &ExrFile, layers: &[String], path: &Path) -> Result<Fr
             _ => None,
         },
         camera,
+        vectors: reader.vectors()?,
         ..Frame::default()
     };
     frame.set_light(halves, light);
