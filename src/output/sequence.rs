@@ -10,7 +10,7 @@
 //! format. Relative patterns are relative to the current folder.
 
 use std::{
-    collections::{BTreeMap, HashMap},
+    collections::{BTreeMap, HashMap, HashSet},
     fs, io,
     path::{Component, Path, PathBuf},
 };
@@ -161,6 +161,16 @@ impl FilePattern {
     }
 }
 
+/// The names of the files in a folder, in lower case since the system may not tell them apart; `None` if it cannot be listed.
+pub fn names_in(folder: &Path) -> Option<HashSet<String>> {
+    match fs::read_dir(folder) {
+        Ok(entries) => entries
+            .map(|entry| Some(entry.ok()?.file_name().to_string_lossy().to_lowercase()))
+            .collect(),
+        Err(error) => (error.kind() == io::ErrorKind::NotFound).then(HashSet::new),
+    }
+}
+
 /// A field for the frame's number as other programs write it: `{frame}`, `{frame:04}`, `<frame>` or `@@@@`.
 fn foreign_field(name: &str) -> Option<&str> {
     let between = |open: &str, close: char| {
@@ -186,6 +196,10 @@ pub fn check_distinct(patterns: &[FilePattern], frames: &[i32]) -> Result<(), Fi
                 frames: frames.len(),
                 pattern: pattern.text.clone(),
             });
+        }
+        if patterns.len() == 1 {
+            // Different numbers are different names.
+            break;
         }
         for &frame in frames {
             let path = pattern.path(frame);

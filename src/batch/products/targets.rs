@@ -1,13 +1,18 @@
 //! The list of all files that a job writes, checked before the first ray.
 
 use std::{
-    collections::HashMap,
+    collections::{HashMap, HashSet},
+    ffi::OsString,
     fs,
     path::{Component, Path, PathBuf},
 };
 
 use crate::batch::{Existing, Plan, PlannedFrame, resume::checkpoint};
-use crate::{assets::Files, error::Error, output::atomic};
+use crate::{
+    assets::Files,
+    error::Error,
+    output::{atomic, sequence},
+};
 
 /// A file that a job writes.
 struct Target {
@@ -119,16 +124,22 @@ pub(in crate::batch) fn check_distinct(
     let read: HashMap<Identity, PathBuf> = inputs.filter_map(|path| Some((identity(&path)?, path))).collect();
     let (mut folders, mut written) = (Folders::default(), HashMap::new());
     for output in outputs {
-        if let Some(input) = identity(&output).and_then(|id| read.get(&id)) {
+        let may_exist = folders.may_have(&output);
+        if may_exist && let Some(input) = identity(&output).and_then(|id| read.get(&id)) {
             let input = input.clone();
             return Err(Error::OverwritesInput { output, input });
         }
-        if let Some(first) = written.insert(folders.place(&output), output.clone()) {
+        if let Some(first) = written.insert(folders.place(&output, may_exist), output.clone()) {
             return Err(Error::WrittenTwice { first, second: output });
         }
     }
-    for (place, output) in &written {
-        if let Some(folder) = place.ancestors().skip(1).find_map(|folder| written.get(folder)) {
+    let places = folders.places.iter().enumerate();
+    for (number, folder) in places.flat_map(|(number, place)| place.ancestors().map(move |folder| (number, folder))) {
+        let (parent, name) = (folder.parent(), folder.file_name().unwrap_or_default());
+        let parent = parent.and_then(|parent| folders.places.iter().position(|place| place == parent));
+        if let Some(folder) = parent.and_then(|parent| written.get(&(parent, name.to_owned()))) {
+            let mut within = written.iter().filter(|((place, _), _)| *place == number);
+            let (_, output) = within.next().expect("a folder has an output");
             return Err(Error::WithinOutput {
                 output: output.clone(),
                 folder: folder.clone(),
@@ -138,21 +149,59 @@ pub(in crate::batch) fn check_distinct(
     Ok(())
 }
 
-/// The folders of files, without links.
+/// The folders of files. A job may have a million files in a few of them.
 #[derive(Default)]
-struct Folders(HashMap<PathBuf, PathBuf>);
+struct Folders {
+    known: HashMap<PathBuf, Folder>,
+    /// The folders of all places, without links.
+    places: Vec<PathBuf>,
+}
+
+/// A folder by one of its names.
+struct Folder {
+    /// Its index in [`Folders::places`].
+    place: usize,
+    /// See [`sequence::names_in`].
+    names: Option<HashSet<String>>,
+}
 
 impl Folders {
-    /// The place of a file that need not exist: equal for all names and symbolic links of it. Other hard links are other places,
-    /// since files are replaced as a whole.
-    fn place(&mut self, path: &Path) -> PathBuf {
-        let target = atomic::target_of(path).unwrap_or_else(|_| path.to_owned());
-        let folder = atomic::folder_of(&target);
-        let name = target.file_name().unwrap_or_default();
-        self.0
-            .entry(folder)
-            .or_insert_with_key(|folder| without_links(folder))
-            .join(name)
+    fn folder(&mut self, path: PathBuf) -> &Folder {
+        let places = &mut self.places;
+        self.known.entry(path).or_insert_with_key(|path| {
+            let place = without_links(path);
+            let known = places.iter().position(|known| *known == place);
+            Folder {
+                place: known.unwrap_or_else(|| {
+                    places.push(place);
+                    places.len() - 1
+                }),
+                names: sequence::names_in(path),
+            }
+        })
+    }
+
+    /// Whether there may be a file at this path, or a link.
+    fn may_have(&mut self, path: &Path) -> bool {
+        match path.file_name() {
+            Some(name) => {
+                let name = name.to_string_lossy().to_lowercase();
+                let names = &self.folder(atomic::folder_of(path)).names;
+                names.as_ref().is_none_or(|names| names.contains(&name))
+            }
+            None => true,
+        }
+    }
+
+    /// The place of a file that need not exist, its folder and its name: equal for all names and symbolic links of it. Other hard
+    /// links are other places, since files are replaced as a whole.
+    fn place(&mut self, path: &Path, may_exist: bool) -> (usize, OsString) {
+        let target = match may_exist {
+            true => atomic::target_of(path).unwrap_or_else(|_| path.to_owned()),
+            false => path.to_owned(),
+        };
+        let name = target.file_name().unwrap_or_default().to_owned();
+        (self.folder(atomic::folder_of(&target)).place, name)
     }
 }
 
