@@ -44,7 +44,12 @@ impl<'a> Events<'a> {
             JobEvent::FrameRendered { frame, .. } if is_denoised => (frame, "is rendered".to_owned(), 1),
             JobEvent::FrameSkipped { frame } => (frame, "is there".to_owned(), 2),
             JobEvent::FrameWritten { frame } => (frame, "is written".to_owned(), 2),
-            JobEvent::FrameFailed(FrameFailure { frame, cause }) => (frame, format!("failed: {cause}"), 2),
+            JobEvent::FrameFailed(FrameFailure { frame, cause }) => {
+                // A status is one line: without the excerpts of files.
+                let messages = cause.messages();
+                let lines = messages.iter().filter_map(|message| message.lines().next());
+                (frame, format!("failed: {}", lines.collect::<Vec<_>>().join("; ")), 2)
+            }
             _ => return,
         };
         say(&format!("openjd_status: frame {frame} {status}"));

@@ -3,6 +3,7 @@
 use std::{fmt, io::Write};
 
 use batch_render::{
+    batch::FrameFailure,
     error::Error,
     value::{one_line, visible},
     warnings::Warnings,
@@ -13,7 +14,7 @@ use tracing_subscriber::{
     registry::LookupSpan,
 };
 
-use super::args::Args;
+use super::{args::Args, failures::advice};
 
 /// The most characters of a message before it is shortened.
 const LONGEST_MESSAGE: usize = 2000;
@@ -33,7 +34,8 @@ pub fn start(args: &Args) {
         .init();
 }
 
-/// The level and the message of an event on one line, without control characters.
+/// The level and the message of an event on one line, without control characters. A message with the field `excerpt` has lines of a
+/// file below it.
 struct OneLine;
 
 impl<S, N> FormatEvent<S, N> for OneLine
@@ -42,11 +44,11 @@ where
     N: for<'a> FormatFields<'a> + 'static,
 {
     fn format_event(&self, _: &FmtContext<'_, S, N>, mut writer: Writer<'_>, event: &Event<'_>) -> fmt::Result {
-        let mut message = String::new();
-        event.record(&mut |field: &Field, value: &dyn fmt::Debug| {
-            if field.name() == "message" {
-                message = format!("{value:?}");
-            }
+        let (mut message, mut has_excerpt) = (String::new(), false);
+        event.record(&mut |field: &Field, value: &dyn fmt::Debug| match field.name() {
+            "message" => message = format!("{value:?}"),
+            "excerpt" => has_excerpt = true,
+            _ => {}
         });
         let level = match *event.metadata().level() {
             Level::ERROR => "error",
@@ -54,7 +56,11 @@ where
             Level::INFO => "info",
             _ => "debug",
         };
-        writeln!(writer, "{level}: {}", one_line(&message, LONGEST_MESSAGE))
+        let shown = match has_excerpt {
+            true => visible(&message),
+            false => one_line(&message, LONGEST_MESSAGE),
+        };
+        writeln!(writer, "{level}: {shown}")
     }
 }
 
@@ -71,6 +77,25 @@ pub struct LastWarnings(pub Warnings);
 impl Drop for LastWarnings {
     fn drop(&mut self) {
         warnings(&self.0);
+    }
+}
+
+/// Logs why a frame has failed, and the command to type after that.
+pub fn failure(FrameFailure { frame, cause }: &FrameFailure) {
+    let messages = cause.messages();
+    let advice = advice(*frame).ok();
+    if let ([message], Some(advice), false) = (&messages[..], &advice, cause.has_excerpts()) {
+        tracing::error!("frame {frame}: {message}; {advice}");
+        return;
+    }
+    for message in messages {
+        match cause.has_excerpts() {
+            true => tracing::error!(excerpt = true, "frame {frame}: {message}"),
+            false => tracing::error!("frame {frame}: {message}"),
+        }
+    }
+    if let Some(advice) = advice {
+        tracing::error!("frame {frame}: {advice}");
     }
 }
 

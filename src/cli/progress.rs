@@ -11,7 +11,7 @@ use std::{
 };
 
 use batch_render::{
-    batch::{FrameFailure, JobEvent, Observer},
+    batch::{JobEvent, Observer},
     render::Counters,
     value::visible,
 };
@@ -19,8 +19,8 @@ use indicatif::{MultiProgress, ProgressBar, ProgressDrawTarget, ProgressStyle};
 
 use super::{
     choices::ProgressKind,
-    failures::advice,
     figures::State,
+    log,
     summary::{count, seconds},
 };
 
@@ -203,10 +203,7 @@ impl Observer for Progress {
                     || format!("frame {frame} skipped, its files are there"),
                 );
             }
-            JobEvent::FrameFailed(FrameFailure { frame, cause }) => match advice(*frame) {
-                Ok(advice) => tracing::error!("frame {frame}: {cause}; {advice}"),
-                Err(_) => tracing::error!("frame {frame}: {cause}"),
-            },
+            JobEvent::FrameFailed(failure) => log::failure(failure),
             JobEvent::FrameStale { frame, stale } => {
                 if !matches!(self.display, Display::Silent) {
                     self.work.say(&format!("frame {frame} is rendered again: {stale}"));

@@ -32,6 +32,21 @@ pub enum FrameError {
     Scene(Box<Error>),
 }
 
+impl FrameError {
+    /// The texts of the problems, one for each.
+    pub fn messages(&self) -> Vec<String> {
+        match self {
+            Self::Scene(error) => error.messages(),
+            other => vec![other.to_string()],
+        }
+    }
+
+    /// Whether the messages show lines of a file below them.
+    pub fn has_excerpts(&self) -> bool {
+        matches!(self, Self::Scene(error) if error.has_excerpts())
+    }
+}
+
 impl From<Error> for FrameError {
     fn from(cause: Error) -> Self {
         Self::Scene(Box::new(cause))
