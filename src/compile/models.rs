@@ -19,7 +19,7 @@ use crate::{
         store::ImageRequest,
     },
     geometry::InstanceId,
-    material::{EmissionReach, MaterialId},
+    material::MaterialId,
     math::{DAabb, DAffine3, Transform, origin},
     scene::{
         GroupId, InstanceRecord, LightId, MeshId, MeshOwner, MeshTransform, NodeId, ObjectFromGroup, SceneBuilder,
@@ -27,6 +27,8 @@ use crate::{
     texture::{BitmapId, TextureId},
     warnings::{WarningKind, Warnings},
 };
+
+mod hidden;
 
 /// The most triangles that a scene stores.
 const MAX_TRIANGLES: u64 = 1 << 27;
@@ -217,6 +219,7 @@ impl ModelPlacer<'_> {
     ) -> Result<usize, AssetError> {
         if let Some(points) = &model.points {
             if !placed.visible {
+                self.scene.hidden_part(placed.object, None);
                 return Ok(0);
             }
             self.take(points.positions.len() as u64 * SceneBuilder::SHAPE_BYTES, placed)?;
@@ -249,9 +252,6 @@ impl ModelPlacer<'_> {
                 self.scene.name_node(placed.object, node);
             }
         }
-        if !placed.visible {
-            return Ok(0);
-        }
         let rest_copies: Vec<Option<u32>> = plan.units.rest.iter().map(|part| of_parts[*part]).collect();
         let rest = PlacedParts {
             placed,
@@ -266,9 +266,13 @@ impl ModelPlacer<'_> {
             node: None,
             moves: None,
         };
-        let mut dropped = 0;
+        let (mut dropped, mut hidden) = (0, [Vec::new(), Vec::new()]);
         if !rest.parts.is_empty() {
-            dropped += self.copy(&rest, plan.shares_rest.then_some(&mut plan.rest))?;
+            let group = plan.shares_rest.then_some(&mut plan.rest);
+            match placed.visible {
+                true => dropped += self.copy(&rest, group)?,
+                false => self.hide(&rest, group.is_some(), &mut hidden),
+            }
         }
         for (unit, group) in plan.units.shared.iter().zip(&mut plan.shared) {
             // Parts of a run vanish together.
@@ -296,8 +300,14 @@ impl ModelPlacer<'_> {
                     node: model_use.node_of(&parts[0]),
                     ..rest
                 };
-                dropped += self.copy(&own, Some(group))?;
+                match placed.visible {
+                    true => dropped += self.copy(&own, Some(group))?,
+                    false => self.hide(&own, true, &mut hidden),
+                }
             }
+        }
+        for node in hidden.concat() {
+            self.scene.hidden_part(placed.object, node);
         }
         Ok(dropped)
     }
@@ -388,16 +398,10 @@ impl ModelPlacer<'_> {
     /// Adds parts as an instance of `group`, which is made of them at the first call, or in world space if there is no `group` or
     /// an instance is not suitable. Returns the number of triangles that were left out.
     fn copy(&mut self, copy: &PlacedParts<'_>, group: Option<&mut Option<GroupId>>) -> Result<usize, AssetError> {
-        let (placed, model_use) = (copy.placed, copy.model_use);
-        let emits = |part: &MeshInstance| {
-            let material = model_use.material(part.material, placed.material);
-            let emission = self.scene.material_of(material).emission();
-            emission.is_some_and(|e| e.reach == EmissionReach::Everything)
-        };
-        let transform = placed.transform(&copy.model_from_group, copy.object_from_group);
-        let emits = copy.parts.iter().any(emits);
-        let (Some(group), Some(transform)) = (group.filter(|_| !emits), transform) else {
-            let mut dropped = 0;
+        let placed = copy.placed;
+        let transform = self.instance_transform(copy, group.is_some());
+        let (Some(group), Some(transform)) = (group, transform) else {
+            let (mut dropped, emits) = (0, self.emits(copy));
             for (i, part) in copy.parts.iter().zip(copy.copies).enumerate() {
                 let mesh = MeshId(self.scene.mesh_count());
                 dropped += self.bake(copy, part, Space::World)?;

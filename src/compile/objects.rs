@@ -82,7 +82,11 @@ impl Compiler<'_> {
             };
             let id = match object.visible {
                 true => self.scene.shape(&name, shape, place.transform, material),
-                false => self.scene.object(&name, None, material),
+                false => {
+                    let id = self.scene.object(&name, None, material);
+                    self.scene.hidden_part(id, None);
+                    id
+                }
             };
             self.object_settings(object, id);
         }

@@ -52,6 +52,8 @@ pub struct SceneBuilder {
     shape_colors: Vec<Vec4>,
     nodes: Vec<NodeName>,
     named_nodes: Vec<(ObjectId, NodeId)>,
+    /// The parts of objects that are not visible, see [`SceneGeometry::hidden`].
+    hidden: Vec<(ObjectId, Option<NodeId>)>,
     /// The number of copies of meshes so far.
     copies: u32,
     materials: Vec<Material>,
@@ -76,6 +78,7 @@ impl SceneBuilder {
             shape_colors: Vec::new(),
             nodes: Vec::new(),
             named_nodes: Vec::new(),
+            hidden: Vec::new(),
             copies: 0,
             materials: Vec::new(),
             material_names: Vec::new(),
@@ -237,6 +240,11 @@ impl SceneBuilder {
     pub fn set_object_visibility(&mut self, object: ObjectId, rays: RayVisibility, holdout: bool) {
         let object = &mut self.objects[object.0 as usize];
         (object.rays, object.holdout) = (rays, holdout);
+    }
+
+    /// Names a part of an object that is not visible, and which keeps its matte and its number.
+    pub(crate) fn hidden_part(&mut self, object: ObjectId, node: Option<NodeId>) {
+        self.hidden.push((object, node));
     }
 
     /// Sets the material of those parts of an object that have none of their own.
@@ -453,6 +461,7 @@ impl SceneBuilder {
             shape_colors: self.shape_colors,
             nodes: self.nodes,
             named_nodes: self.named_nodes,
+            hidden: self.hidden,
         };
         let shading = SceneShading::new(
             (self.material_names, self.materials),

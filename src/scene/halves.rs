@@ -35,6 +35,8 @@ pub struct SceneGeometry {
     pub nodes: Vec<NodeName>,
     /// The nodes of objects that have their names and numbers whether they are seen or not.
     pub named_nodes: Vec<(ObjectId, NodeId)>,
+    /// The objects that are not visible and their nodes, in the order that they would have otherwise. They keep their mattes and numbers.
+    pub hidden: Vec<(ObjectId, Option<NodeId>)>,
     pub contacts: Contacts,
 }
 

@@ -92,7 +92,7 @@ impl Mattes {
             .collect();
         let mut objects = ObjectMattes::default();
         for (object, node) in &scene.geometry.named_nodes {
-            objects.add(scene, *object, Some(*node));
+            objects.add(*object, Some(*node));
         }
         let geometry = scene.geometry.accel.geometry();
         let meshes_of = |group: u32| scene.meshes_within(&geometry.groups[group as usize].triangles);
@@ -103,17 +103,17 @@ impl Mattes {
             }
         }
         let shapes = scene.geometry.shape_objects.iter();
-        let shapes = shapes.map(|object| objects.add(scene, *object, None)).collect();
+        let shapes = shapes.map(|object| objects.add(*object, None)).collect();
         let meshes = scene
             .geometry
             .meshes
             .iter()
             .zip(&in_group)
             .map(|(mesh, in_group)| match in_group {
-                None => objects.add(scene, mesh.object, mesh.node),
+                None => objects.add(mesh.object, mesh.node),
                 Some(_) => 0,
             });
-        let meshes = meshes.collect();
+        let meshes: Vec<u32> = meshes.collect();
         let mut of_instances = Vec::new();
         let instances = scene
             .geometry
@@ -124,10 +124,9 @@ impl Mattes {
                 let (first, own) = (of_instances.len(), meshes_of(place.group));
                 let is_by_mesh = record.node.is_none() && first + own.len() <= MAX_INSTANCE_NODES;
                 if is_by_mesh {
-                    of_instances
-                        .extend(own.map(|mesh| objects.add(scene, record.object, scene.geometry.meshes[mesh].node)));
+                    of_instances.extend(own.map(|mesh| objects.add(record.object, scene.geometry.meshes[mesh].node)));
                 } else {
-                    of_instances.push(objects.add(scene, record.object, record.node));
+                    of_instances.push(objects.add(record.object, record.node));
                 }
                 InstanceMattes {
                     first: first as u32,
@@ -135,18 +134,24 @@ impl Mattes {
                 }
             });
         let instances = instances.collect();
-        let (parts, part_of) = objects.parts(scene.geometry.objects.len());
+        for (object, node) in &scene.geometry.hidden {
+            objects.add(*object, *node);
+        }
+        let (table, places) = objects.finish(scene);
+        let (parts, part_of) = objects.parts(&places, scene.geometry.objects.len());
+        let place = |matte: u32| places.get(matte as usize).copied().unwrap_or_default();
+        let placed = |mattes: Vec<u32>| mattes.into_iter().map(place).collect();
         Self {
             parts,
             part_of,
-            shapes,
-            meshes,
+            shapes: placed(shapes),
+            meshes: placed(meshes),
             instances,
-            of_instances,
+            of_instances: placed(of_instances),
             in_group: in_group.into_iter().map(Option::unwrap_or_default).collect(),
             of_materials,
             of_objects,
-            objects: Arc::new(objects.table.finish()),
+            objects: Arc::new(table),
             materials: Arc::new(materials.finish()),
             assets: Arc::new(assets.table.finish()),
         }
@@ -251,27 +256,41 @@ impl Scene {
 /// The mattes of objects and their nodes, in the order of their first use.
 #[derive(Default)]
 struct ObjectMattes {
-    table: TableBuilder,
+    keys: Vec<(ObjectId, Option<NodeId>)>,
     known: HashMap<(u32, Option<u32>), u32>,
 }
 
 impl ObjectMattes {
-    /// The number of the matte of an object's node.
-    fn add(&mut self, scene: &Scene, object: ObjectId, node: Option<NodeId>) -> u32 {
-        let table = &mut self.table;
+    /// The number of an object's node, by its first use.
+    fn add(&mut self, object: ObjectId, node: Option<NodeId>) -> u32 {
+        let keys = &mut self.keys;
         let key = (object.0, node.map(|node| node.0));
-        *self
-            .known
-            .entry(key)
-            .or_insert_with(|| table.add(&scene.part_name(object, node)))
+        *self.known.entry(key).or_insert_with(|| {
+            keys.push((object, node));
+            keys.len() as u32 - 1
+        })
     }
 
-    /// The parts of this many objects, in their order, and the index of the part of each matte.
-    fn parts(&self, objects: usize) -> (Vec<Part>, Vec<u32>) {
-        let seen = self.known.iter().map(|((object, node), matte)| Part {
-            object: ObjectId(*object),
-            node: node.map(NodeId),
-            matte: Some(*matte),
+    /// All mattes in the order of their objects, so that they are the same whichever of these are visible, and the place of each
+    /// number among them.
+    fn finish(&self, scene: &Scene) -> (MatteTable, Vec<u32>) {
+        let mut order: Vec<usize> = (0..self.keys.len()).collect();
+        order.sort_by_key(|number| self.keys[*number].0.0);
+        let (mut table, mut places) = (TableBuilder::default(), vec![0; self.keys.len()]);
+        for number in order {
+            let (object, node) = self.keys[number];
+            places[number] = table.add(&scene.part_name(object, node));
+        }
+        (table.finish(), places)
+    }
+
+    /// The parts of this many objects, in their order, and the index of the part of each matte, where `places` are those of
+    /// [`ObjectMattes::finish`].
+    fn parts(&self, places: &[u32], objects: usize) -> (Vec<Part>, Vec<u32>) {
+        let seen = self.keys.iter().zip(places).map(|((object, node), place)| Part {
+            object: *object,
+            node: *node,
+            matte: Some(*place),
         });
         let mut parts: Vec<Part> = seen.collect();
         let visible: HashSet<u32> = parts.iter().map(|part| part.object.0).collect();
@@ -282,7 +301,7 @@ impl ObjectMattes {
             matte: None,
         }));
         parts.sort_unstable_by_key(|part| (part.object.0, part.matte));
-        let mut part_of = vec![0; self.known.len()];
+        let mut part_of = vec![0; self.keys.len()];
         for (index, part) in parts.iter().enumerate() {
             if let Some(matte) = part.matte {
                 part_of[matte as usize] = index as u32;
