@@ -121,6 +121,12 @@ impl Files {
         Ok(bytes)
     }
 
+    /// The hash of the content of a file that was read.
+    pub fn hash(&self, path: &Path) -> Option<ContentHash> {
+        let read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
+        read.get(path).copied()
+    }
+
     /// All files that were read, sorted by path.
     pub fn manifest(&self) -> Vec<(PathBuf, ContentHash)> {
         let read = self.read.lock().unwrap_or_else(PoisonError::into_inner);

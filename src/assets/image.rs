@@ -17,7 +17,7 @@ use std::{
     sync::Arc,
 };
 
-use super::{Files, MemoryBudget, MemoryKind, model::ImageSource};
+use super::{Files, MemoryBudget, MemoryKind, files::ContentHash, model::ImageSource};
 use crate::texture::{
     bitmap::{Bitmap, ColorSpace, Storage},
     mipmap,
@@ -65,6 +65,31 @@ impl ImageRequest {
     }
 }
 
+/// The content of a bitmap: that of an image with this content, halved so many times.
+#[derive(Clone, Debug, PartialEq)]
+pub struct BitmapKey {
+    request: ImageRequest,
+    /// The content of the file; `None` for one that is part of another file.
+    file: Option<ContentHash>,
+    halvings: u32,
+}
+
+impl BitmapKey {
+    /// The key of an image that was read by way of `files`; `None` if that has not read it.
+    pub fn new(request: &ImageRequest, halvings: u32, files: &Files) -> Option<Self> {
+        let file = match &request.source {
+            ImageSource::Bytes { .. } => None,
+            ImageSource::File(path) => Some(files.hash(path)?),
+        };
+        let request = request.clone();
+        Some(Self {
+            request,
+            file,
+            halvings,
+        })
+    }
+}
+
 /// An image that is not decoded yet.
 pub struct EncodedImage {
     bytes: Arc<[u8]>,
@@ -95,14 +120,22 @@ impl EncodedImage {
         })
     }
 
-    /// The bytes of memory for all levels, by the header; 0 if that is broken.
-    pub fn memory(&self) -> u64 {
+    /// The bytes of memory for all levels after some halvings, by the header; 0 if that is broken.
+    pub fn memory(&self, halvings: u32) -> u64 {
         let memory = if self.bytes.starts_with(&exr::MAGIC) {
-            exr::memory(&self.bytes).ok()
+            exr::memory(&self.bytes, halvings).ok()
         } else {
-            self.opened().ok().map(|decoder| Sizes::of(&decoder).in_memory(0))
+            self.opened()
+                .ok()
+                .map(|decoder| Sizes::of(&decoder).in_memory(halvings))
         };
         memory.unwrap_or(0)
+    }
+
+    /// Counts the memory of its bitmap, which is there already.
+    pub fn count(&self, halvings: u32, memory: &MemoryBudget) -> Result<(), ImageError> {
+        let counted = memory.take(MemoryKind::Images, self.memory(halvings));
+        counted.map_err(|cause| ImageProblem::from(cause).at(&self.path))
     }
 
     /// Decodes it and halves its size `halvings` times.
@@ -218,7 +251,7 @@ pub fn holds_normals(path: &Path, files: &Files) -> bool {
         return false;
     }
     // The picture is dropped afterwards, so its memory is only checked.
-    let needed = image.memory().saturating_mul(2);
+    let needed = image.memory(0).saturating_mul(2);
     if files.memory().check(MemoryKind::Images, needed).is_err() {
         return false;
     }

@@ -11,13 +11,15 @@ use rayon::prelude::*;
 pub use super::image::ImageRequest;
 use super::{
     Files, MemoryKind, OverBudget, edited,
-    image::{self, AlphaUse, EncodedImage, ImageError},
+    image::{self, AlphaUse, BitmapKey, EncodedImage, ImageError},
     model::{ImageSource, LightUnits, Model, ModelChoice, ModelFeature},
     model_format::ModelError,
     model_formats,
     motion::ModelClip,
 };
 use crate::{
+    math::WorkingSpace,
+    scene::BackgroundRadiance,
     texture::{Bitmap, bitmap::ColorSpace},
     value::one_line,
     warnings::{WarningKind, Warnings},
@@ -166,6 +168,18 @@ pub struct Store {
     /// The number of times that each image was halved, of each list of images of which one was.
     halvings: Mutex<Vec<Vec<u32>>>,
     replaced: Mutex<BTreeSet<PathBuf>>,
+    /// The bitmaps of a scene that is compiled again.
+    kept: Mutex<Vec<(BitmapKey, Bitmap)>>,
+    /// The background of such a scene.
+    kept_background: Mutex<Option<(EnvironmentKey, BackgroundRadiance)>>,
+}
+
+/// The content of an environment map.
+#[derive(Clone, Debug, PartialEq)]
+pub struct EnvironmentKey {
+    pub picture: BitmapKey,
+    pub intensity: f32,
+    pub working_space: WorkingSpace,
 }
 
 impl Store {
@@ -196,6 +210,12 @@ impl Store {
         reports.sort_by(|a, b| a.request.cmp(&b.request));
         reports.dedup_by(|a, b| a.request == b.request);
         reports
+    }
+
+    /// The report on a model file, if it was loaded.
+    pub fn model_report(&self, path: &Path) -> Option<ModelReport> {
+        let reports = self.reports.lock().unwrap_or_else(PoisonError::into_inner);
+        reports.iter().find(|report| report.request.path == path).cloned()
     }
 
     /// The number of times that each image was halved to fit into memory, of each list of images of which one was.
@@ -318,26 +338,80 @@ impl Store {
         Ok(())
     }
 
+    /// Keeps the bitmaps of a scene that is compiled again for the next call of [`Store::images`], which takes those that it needs and
+    /// drops the others.
+    pub fn keep_images(&self, images: impl Iterator<Item = (BitmapKey, Bitmap)>) {
+        *self.kept.lock().unwrap_or_else(PoisonError::into_inner) = images.collect();
+    }
+
+    /// Keeps the background of a scene that is compiled again for the next call of [`Store::background`].
+    pub fn keep_background(&self, key: EnvironmentKey, radiance: BackgroundRadiance) {
+        let mut kept = self.kept_background.lock().unwrap_or_else(PoisonError::into_inner);
+        *kept = Some((key, radiance));
+    }
+
+    /// The background that was kept, if that of this picture is the same but for its rotation. Nothing is kept afterwards.
+    pub fn background(
+        &self,
+        picture: &ImageRequest,
+        intensity: f32,
+        working_space: WorkingSpace,
+    ) -> Option<(EnvironmentKey, BackgroundRadiance)> {
+        let mut kept = self.kept_background.lock().unwrap_or_else(PoisonError::into_inner);
+        let (old, radiance) = kept.take()?;
+        // Alone the picture may get another resolution than among all images.
+        if !self.halved().is_empty() {
+            return None;
+        }
+        EncodedImage::read(picture, &self.files).ok()?;
+        let key = EnvironmentKey {
+            picture: BitmapKey::new(picture, 0, &self.files)?,
+            intensity,
+            working_space,
+        };
+        (key == old).then_some((key, radiance))
+    }
+
     /// Decodes images, in order, on the threads of the current rayon pool; or says what is wrong with each that is broken,
-    /// unless a placeholder takes its place.
-    pub fn images(&self, requests: &[ImageRequest]) -> Result<Vec<Bitmap>, Vec<AssetError>> {
+    /// unless a placeholder takes its place. The key of a placeholder is `None`.
+    pub fn images(&self, requests: &[ImageRequest]) -> Result<Vec<(Option<BitmapKey>, Bitmap)>, Vec<AssetError>> {
         let read = requests
             .par_iter()
             .map(|request| EncodedImage::read(request, &self.files));
         let encoded: Vec<Result<EncodedImage, ImageError>> = read.collect();
         let halvings = self.halvings(&encoded);
-        let decode =
-            |(image, halvings): (Result<EncodedImage, ImageError>, u32)| image?.decode(halvings, self.files.memory());
-        let loaded: Vec<_> = encoded.into_par_iter().zip(halvings).map(decode).collect();
+        let mut known = std::mem::take(&mut *self.kept.lock().unwrap_or_else(PoisonError::into_inner));
+        let images = encoded.into_iter().zip(halvings).zip(requests);
+        let keyed: Vec<_> = images
+            .map(|((image, halvings), request)| {
+                let key = BitmapKey::new(request, halvings, &self.files);
+                let at = known.iter().position(|(own, _)| key.as_ref() == Some(own));
+                (image, halvings, key, at.map(|at| known.swap_remove(at).1))
+            })
+            .collect();
+        drop(known);
+        let memory = self.files.memory();
+        let decode = |(image, halvings, key, known): (Result<EncodedImage, ImageError>, _, _, _)| {
+            let image = image?;
+            let bitmap = match known {
+                Some(bitmap) => {
+                    image.count(halvings, memory)?;
+                    bitmap
+                }
+                None => image.decode(halvings, memory)?,
+            };
+            Ok((key, bitmap))
+        };
+        let loaded: Vec<Result<_, ImageError>> = keyed.into_par_iter().map(decode).collect();
         let kept = loaded.into_iter().zip(requests).map(|(image, request)| match image {
-            Err(e) if self.missing == MissingAssets::Placeholder => Ok(self.replace(&request.source, &e)),
+            Err(e) if self.missing == MissingAssets::Placeholder => Ok((None, self.replace(&request.source, &e))),
             image => {
-                let image = image?;
+                let (key, image) = image?;
                 self.warn_of_repairs(&request.source, image.repaired);
                 if request.color_space == ColorSpace::Srgb && request.alpha != AlphaUse::Unused {
                     self.warn_of_negative(&request.source, image.negative);
                 }
-                Ok(image)
+                Ok((key, image))
             }
         });
         collect(kept.collect())
@@ -345,7 +419,7 @@ impl Store {
 
     /// The number of times that each image is halved, which a warning tells.
     fn halvings(&self, images: &[Result<EncodedImage, ImageError>]) -> Vec<u32> {
-        let bytes = images.iter().map(|i| i.as_ref().map_or(0, EncodedImage::memory));
+        let bytes = images.iter().map(|i| i.as_ref().map_or(0, |image| image.memory(0)));
         let bytes: Vec<u64> = bytes.collect();
         let limit = self.texture_memory.unwrap_or(u64::MAX);
         let halvings = image::halvings(&bytes, limit);

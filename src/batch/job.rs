@@ -10,12 +10,15 @@ use super::{
     CameraRig, Existing, InputHash, Inventory, JobEvent, Observer, Plan, PlannedFrame, Request, SceneFigures, Scenes,
     Stale, Summary, Survey,
     frame_scenes::{Failed, ScenesOfFrame},
-    plan::{cameras::fps, values::tables},
+    plan::{
+        cameras::{OwnCamera, fps},
+        values::tables,
+    },
     products::{denoise, denoised, targets},
     resume::checkpoint,
     resume::job_lock::JobLock,
     run,
-    scenes::{SceneSource, load_options, rebuilds},
+    scenes::{SceneSource, description_at, load_options, rebuilds},
 };
 use crate::{
     accel,
@@ -23,11 +26,12 @@ use crate::{
         AssetError, Files, MemoryBudget, MemoryKind, Store,
         model_formats::{self, is_model},
     },
+    camera::{FilmSize, FrameCamera, SceneCamera},
     compile::{
-        self, SceneMotion,
-        default_scene::{self, ModelOptions},
+        self, LoadOptions, SceneMotion,
+        default_scene::{self, ModelOptions, ModelRun},
     },
-    describe::{self, SceneDesc},
+    describe::{self, MovingDesc, SceneDesc, Values},
     error::Error,
     film::Film,
     output::png::data::MOST_IDS,
@@ -44,6 +48,8 @@ pub struct Job {
     inputs: OnceLock<InputHash>,
     /// The motion of the models of the scene, once it is loaded.
     motion: OnceLock<Arc<SceneMotion>>,
+    /// The description and the values of the first frame, if the scene was loaded with these.
+    first: OnceLock<(SceneDesc, Vec<String>)>,
 }
 
 impl Job {
@@ -69,7 +75,7 @@ impl Job {
                 }
                 error => error.into(),
             })?;
-            let plan = Plan::with_run(&desc, request, store.files(), (&tables, run.as_ref()))?;
+            let plan = Plan::with_run(&desc, request, store.files(), (&tables, run.map(Arc::new)))?;
             return Ok(Self::planned(store, desc, plan));
         }
         let desc = {
@@ -119,6 +125,7 @@ impl Job {
             plan,
             inputs: OnceLock::new(),
             motion: OnceLock::new(),
+            first: OnceLock::new(),
         }
     }
 
@@ -157,8 +164,16 @@ impl Job {
     /// structure.
     pub fn load(&self) -> Result<SceneBuilder, Error> {
         let time = self.plan.first_frame / self.plan.fps;
-        let options = load_options(self.plan.values.as_deref(), self.plan.first_eye, time);
-        let loaded = compile::load_moving(&self.desc, &self.store, &options);
+        let values = self.plan.values.as_deref();
+        let options = load_options(values, self.plan.first_eye, time);
+        let first = description_at(&self.desc, values, self.plan.first_frame);
+        let loaded = match first.and_then(|first| Some((self.load_first(&first.0, &options)?, first))) {
+            Some((loaded, first)) => {
+                let _ = self.first.set(first);
+                Ok(loaded)
+            }
+            None => compile::load_moving(&self.desc, &self.store, &options),
+        };
         // The scene has its own copy of the models.
         let is_played = loaded.as_ref().is_ok_and(|(_, motion)| !motion.is_still());
         if !is_played && !self.plan.values.as_deref().is_some_and(rebuilds) {
@@ -185,16 +200,48 @@ impl Job {
             };
             self.store.files().read(&file.path).map_err(missing)?;
         }
+        self.check_words()?;
         // Frames may load other files of these later.
         let inputs = self.inputs();
         let _ = self.inputs.set(inputs);
         Ok(scene)
     }
 
+    /// Loads the scene with the values of the first frame, around the origin that suits the scene of the file; `None` if that has no such
+    /// scene, or if it has faults.
+    fn load_first(&self, first: &SceneDesc, options: &LoadOptions) -> Option<(SceneBuilder, SceneMotion)> {
+        let origin = compile::origin(&self.desc, &self.store, options).ok()?;
+        let options = LoadOptions {
+            origin: Some(origin),
+            ..options.clone()
+        };
+        compile::load_moving(first, &self.store, &options).ok()
+    }
+
+    /// Checks each word in the columns of values, once the scene of the file is loaded.
+    fn check_words(&self) -> Result<(), Error> {
+        let words = self.plan.values.iter().flat_map(|values| values.words());
+        let mut words = words.peekable();
+        let (Some(values), Some(_)) = (self.plan.values.as_deref(), words.peek()) else {
+            return Ok(());
+        };
+        let reader = MovingDesc::new(&self.desc, values);
+        let mut desc = self.desc.clone();
+        for (entity, column, frame) in words {
+            // Values that do not fit together fail at their frame.
+            if reader.put(&mut desc, &values.at(frame), entity) {
+                compile::check_names(&desc, entity, &self.store)
+                    .map_err(|message| Error::Invalid(reader.problem(column, frame, message)))?;
+            }
+        }
+        Ok(())
+    }
+
     /// The scenes of the frames, made of that which [`Job::build`] returned.
     pub fn scenes(&self, scene: impl Into<Arc<Scene>>) -> Scenes<'_> {
         let source = SceneSource {
             desc: &self.desc,
+            first: self.first.get(),
             store: &self.store,
             accel: self.plan.picture.accel,
             motion: self.motion.get().cloned().unwrap_or_default(),
@@ -206,6 +253,35 @@ impl Job {
     /// Whether frames have different scenes, once the scene is loaded.
     pub fn moves(&self) -> bool {
         self.plan.values.is_some() || self.motion.get().is_some_and(|motion| !motion.is_still())
+    }
+
+    /// Whether values or animations move the scene's own camera.
+    pub fn moves_camera(&self) -> bool {
+        let by_values = |values: &Arc<Values>| values.of_camera().next().is_some();
+        let by_run = |run: &Arc<ModelRun>| run.moves_camera();
+        self.plan.values.as_ref().is_some_and(by_values) || self.plan.run.as_ref().is_some_and(by_run)
+    }
+
+    /// The scene's own camera at a time in frames, if it has one.
+    ///
+    /// # Errors
+    /// Its values at this time are wrong.
+    pub fn camera(&self, frame: f64) -> Result<Option<SceneCamera>, Error> {
+        self.own_camera().at(frame)
+    }
+
+    /// The scene's own camera of a frame.
+    ///
+    /// # Errors
+    /// The scene has no camera, or its values are wrong.
+    pub fn frame_camera(&self, frame: i32, film: FilmSize) -> Result<FrameCamera, Error> {
+        self.own_camera().frame_camera(f64::from(frame), film)
+    }
+
+    fn own_camera(&self) -> OwnCamera<'_> {
+        let plan = &self.plan;
+        let moving = (plan.values.as_deref(), plan.run.as_deref(), plan.fps);
+        OwnCamera::new(&self.desc, moving, plan.picture.camera)
     }
 
     /// The parts of the scene that [`Job::load`] returned.

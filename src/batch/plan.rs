@@ -85,6 +85,8 @@ pub struct Plan {
     pub values: Option<Arc<Values>>,
     /// Whether models play animations.
     plays: bool,
+    /// The run of a model by itself.
+    pub(super) run: Option<Arc<ModelRun>>,
     pub picture: PicturePlan,
     pub files: FilePlan,
     pub policy: Policy,
@@ -121,7 +123,7 @@ impl Plan {
         desc: &SceneDesc,
         request: &Request,
         inputs: &Files,
-        (tables, run): (&[ValueFile], Option<&ModelRun>),
+        (tables, run): (&[ValueFile], Option<Arc<ModelRun>>),
     ) -> Result<Self, Error> {
         let patterns = Patterns::new(desc, request)?;
         let mut picture = PicturePlan::new(desc, request, &patterns.rendered)?;
@@ -147,7 +149,7 @@ impl Plan {
         } = cameras(
             desc,
             request,
-            (values.as_deref(), run),
+            (values.as_deref(), run.as_deref()),
             (picture.camera, picture.settings.resolution),
             inputs,
         )?;
@@ -188,6 +190,7 @@ impl Plan {
             camera_path: request.camera_path.clone(),
             values,
             plays,
+            run,
             picture,
             files,
             policy: request.policy,

@@ -22,6 +22,8 @@ pub struct Scenes<'j> {
 /// The inputs from which scenes of other times are compiled.
 pub(super) struct SceneSource<'j> {
     pub desc: &'j SceneDesc,
+    /// The description and the values of which the scene was compiled, where these are not those of the file.
+    pub first: Option<&'j (SceneDesc, Vec<String>)>,
     pub store: &'j Store,
     pub accel: BuildOptions,
     /// The motion of the models of the scene, which was compiled for the time of [`load_options`].
@@ -36,6 +38,8 @@ struct Moving<'j> {
     options: LoadOptions,
     refresher: Refresher,
     last: LastPoses,
+    /// Whether the light of the background has changed since the scene was compiled.
+    has_new_background: bool,
     /// The description of the scene that was sought last.
     desc: SceneDesc,
     state: State,
@@ -68,6 +72,22 @@ pub(super) fn rebuilds(values: &Values) -> bool {
         .any(|(entity, path)| change(entity, path) == Some(Change::Other))
 }
 
+/// The description of a scene at a time in frames with its values, where some of these change a scene so that it is compiled again, and
+/// they fit together.
+pub(super) fn description_at(
+    desc: &SceneDesc,
+    values: Option<&Values>,
+    frame: f64,
+) -> Option<(SceneDesc, Vec<String>)> {
+    let values = values.filter(|values| rebuilds(values))?;
+    let reader = MovingDesc::new(desc, values);
+    let own = values.at(frame);
+    let entities = reader.changed(None, &own).map(|(entity, _)| entity).collect();
+    let mut desc = desc.clone();
+    reader.set(&mut desc, (frame, &own), &entities).ok()?;
+    Some((desc, own))
+}
+
 impl<'j> Scenes<'j> {
     /// The same scene for all frames.
     pub fn still(scene: impl Into<Arc<Scene>>) -> Self {
@@ -86,14 +106,19 @@ impl<'j> Scenes<'j> {
             origin: Some(scene.origin),
             ..load_options(values, None, 0.0)
         };
+        let (desc, state) = match source.first {
+            Some((desc, own)) => (desc, State::At(own.clone())),
+            None => (source.desc, State::Base),
+        };
         let moving = Moving {
             values: values.map(|values| (values, MovingDesc::new(source.desc, values))),
-            desc: source.desc.clone(),
+            desc: desc.clone(),
             source,
             options,
             refresher: Refresher::default(),
             last: LastPoses::default(),
-            state: State::Base,
+            has_new_background: false,
+            state,
         };
         Self {
             scene,
@@ -184,8 +209,13 @@ impl Moving<'_> {
             Some(scene) => self.refresher.refresh(scene, &self.desc, &changes, store)? && self.play(scene),
             None => false,
         };
+        self.has_new_background |= is_fresh && changes.contains(&Change::Background);
         if !is_fresh {
             store.files().memory().release(MemoryKind::Images);
+            if let Some(scene) = Arc::get_mut(shared) {
+                self.source.motion.keep_images(scene, store, self.has_new_background);
+            }
+            self.has_new_background = false;
             let (new, motion) = compile::moving_scene(&self.desc, self.source.accel, store, &self.options)?;
             (*shared, self.source.motion) = (Arc::new(new), Arc::new(motion));
             self.last = LastPoses::default();

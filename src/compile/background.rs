@@ -31,11 +31,17 @@ impl Compiler<'_> {
 }
 
 /// The rotation of an environment map to the world.
-pub(super) fn rotation(environment: &EnvironmentDesc) -> DMat3 {
+fn rotation(environment: &EnvironmentDesc) -> DMat3 {
     environment.rotate.map_or(DMat3::IDENTITY, |r| {
         let r = r.0;
         axis_rotation(2, r.z) * axis_rotation(1, r.y) * axis_rotation(0, r.x)
     })
+}
+
+/// The light of an environment map with the rotation of this background.
+pub(super) fn rotated(radiance: &BackgroundRadiance, desc: &BackgroundDesc) -> BackgroundRadiance {
+    let given = desc.environment.as_ref();
+    radiance.rotated(given.map_or(DMat3::IDENTITY, |given| rotation(given.get_ref())))
 }
 
 /// The background in a working space; `picture` is the image of its environment map.

@@ -65,6 +65,7 @@ pub struct ModelOptions<'a> {
 }
 
 /// The motion of a model by itself.
+#[derive(Debug)]
 pub struct ModelRun {
     /// The time of the last key of its animations, in s; `None` if it plays none.
     pub end: Option<f64>,

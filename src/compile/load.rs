@@ -16,7 +16,7 @@ use crate::{
         AssetError, MemoryKind, Store,
         image::AlphaUse,
         model::ImageSource,
-        store::{ImageRequest, ModelRequest},
+        store::{EnvironmentKey, ImageRequest, ModelRequest},
     },
     describe::{Diagnostics, SceneDesc},
     material::Material,
@@ -97,6 +97,13 @@ fn around_models(
     Ok((compiled, loaded))
 }
 
+/// The origin that suits a scene. Models that `store` does not have are loaded.
+pub fn origin(desc: &SceneDesc, store: &Store, options: &LoadOptions) -> Result<DVec3, Error> {
+    let (compiled, loaded) = around_models(desc, store, options)?;
+    loaded.map_err(Error::Assets)?;
+    Ok(compiled.scene.origin())
+}
+
 /// Loads a scene without its acceleration structure and lights, which [`SceneBuilder::build`] makes, on the threads of the
 /// current rayon pool. Models that `store` already has are not loaded again.
 pub fn load(desc: &SceneDesc, store: &Store, options: &LoadOptions) -> Result<SceneBuilder, Error> {
@@ -143,6 +150,11 @@ pub fn load_moving(
     for bitmap in scene.opacity_bitmaps() {
         images[bitmap.0 as usize].alpha = AlphaUse::Opacity;
     }
+    let working_space = desc.render.working_space;
+    let intensity = (desc.background.environment.as_ref()).map_or(1.0, |given| given.get_ref().intensity.0);
+    let kept = environment.as_ref();
+    let kept = kept.and_then(|picture| store.background(picture, intensity, working_space));
+    let environment = environment.filter(|_| kept.is_none());
     let has_environment = environment.is_some();
     images.extend(environment);
     let (motion, mut bitmaps) = match (motion, store.images(&images)) {
@@ -152,9 +164,10 @@ pub fn load_moving(
             return Err(Error::Assets(errors.collect()));
         }
     };
-    let working_space = desc.render.working_space;
     let picture = bitmaps.pop_if(|_| has_environment);
-    for bitmap in bitmaps {
+    let mut keys = Vec::new();
+    for (key, bitmap) in bitmaps {
+        keys.push(key);
         scene.bitmap(bitmap);
     }
     scene.convert_colors(working_space, |bitmap| {
@@ -165,11 +178,25 @@ pub fn load_moving(
     if let Some(group) = &desc.background.group {
         scene.set_background_light_group(group.as_str());
     }
+    let (environment, radiance) = match kept {
+        Some((key, radiance)) => (Some(key), background::rotated(&radiance, &desc.background)),
+        None => {
+            let (key, picture) = picture.unzip();
+            let key = key.flatten().map(|picture| EnvironmentKey {
+                picture,
+                intensity,
+                working_space,
+            });
+            let given = &desc.background;
+            let radiance = background::radiance(given, picture.as_ref(), working_space, store.warnings());
+            (key, radiance)
+        }
+    };
     scene.set_background(Background {
-        radiance: background::radiance(&desc.background, picture.as_ref(), working_space, store.warnings()),
+        radiance,
         visible: desc.background.visible,
     });
-    Ok((scene, motion))
+    Ok((scene, motion.with_images(keys, environment)))
 }
 
 impl Compiler<'_> {

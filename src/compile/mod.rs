@@ -35,9 +35,9 @@ mod refresh;
 
 pub use error::Error;
 pub use instancing::Instancing;
-pub use load::{load, load_moving};
+pub use load::{load, load_moving, origin};
 pub use motion::{LastPoses, SceneMotion};
-pub use objects::plays_animations;
+pub use objects::{check_names, plays_animations};
 pub use options::LoadOptions;
 pub use refresh::{Change, Refresher};
 

@@ -16,8 +16,11 @@ use super::{
 };
 use crate::{
     assets::{
+        Store,
+        image::BitmapKey,
         model::Model,
         motion::{MeshShape, ModelPose},
+        store::EnvironmentKey,
     },
     describe::{Part, SceneDesc},
     light::Light,
@@ -44,6 +47,9 @@ pub struct SceneMotion {
     placed: Vec<PlacedModel>,
     models: Vec<Arc<Model>>,
     movables: Movables,
+    /// The keys of the bitmaps of the scene, and of its environment map.
+    images: Vec<Option<BitmapKey>>,
+    environment: Option<EnvironmentKey>,
 }
 
 impl SceneMotion {
@@ -56,6 +62,8 @@ impl SceneMotion {
             placed,
             models,
             movables,
+            images: Vec::new(),
+            environment: None,
         }
     }
 
@@ -67,6 +75,28 @@ impl SceneMotion {
             Some(at) => KnownParts::new(&self.placed[at], &self.models[at]).problem(part, name, span),
             None => Some(Problem::at(span, NO_PARTS)),
         }
+    }
+
+    /// The same for a scene with bitmaps and an environment map of these keys.
+    pub(super) fn with_images(self, images: Vec<Option<BitmapKey>>, environment: Option<EnvironmentKey>) -> Self {
+        Self {
+            images,
+            environment,
+            ..self
+        }
+    }
+
+    /// Gives `store` the images of `scene` for the one that is compiled next. The scene was compiled with this and shows no textures
+    /// afterwards; those of a scene that others have as well stay. `has_new_background` tells whether the background has changed since.
+    pub fn keep_images(&self, scene: &mut Scene, store: &Store, has_new_background: bool) {
+        let environment = self.environment.clone().filter(|_| !has_new_background);
+        if let Some(key) = environment {
+            store.keep_background(key, scene.shading.background.radiance.clone());
+        }
+        let shading = Arc::get_mut(&mut scene.shading);
+        let bitmaps = shading.map(|shading| std::mem::take(&mut shading.bitmaps));
+        let keyed = self.images.iter().cloned().zip(bitmaps.unwrap_or_default());
+        store.keep_images(keyed.filter_map(|(key, bitmap)| Some((key?, bitmap))));
     }
 
     /// Whether nothing moves.

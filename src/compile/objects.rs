@@ -1,18 +1,23 @@
 //! Compilation of objects.
 
 use super::{
-    compiler::Compiler,
+    compiler::{Compiler, undefined},
+    materials::TextureNames,
     place::ObjectPlace,
     placed::{NO_PARTS, PlacedModel},
 };
 use crate::{
-    assets::{model::ModelChoice, motion::ModelEdits},
-    describe::{ObjectDesc, SceneDesc},
+    assets::{
+        Store,
+        model::{AnimationChoice, ModelChoice},
+        motion::ModelEdits,
+    },
+    describe::{Entity, ObjectDesc, SceneDesc},
     material::MaterialId,
     math::{DAffine3, DVec3},
     scene::ObjectId,
     shape::ShapeDesc,
-    value::{Problem, Spanned},
+    value::{Problem, Spanned, UnknownName},
 };
 
 impl Compiler<'_> {
@@ -140,6 +145,65 @@ pub fn plays_animations(desc: &SceneDesc) -> bool {
         _ => false,
     };
     desc.objects.iter().any(plays)
+}
+
+/// Checks the names that an object or a material uses: those of materials and textures, and of what its model has, if `store` knows the
+/// file.
+///
+/// # Errors
+/// The message of a name that is not there.
+pub fn check_names(desc: &SceneDesc, entity: Entity, store: &Store) -> Result<(), String> {
+    let message = |problem: Problem| match problem.help {
+        Some(help) => format!("{} ({help})", problem.message),
+        None => problem.message,
+    };
+    match entity {
+        Entity::Material(at) => {
+            let compiled = TextureNames::new(desc).material(&desc.materials[at]);
+            compiled.map(drop).map_err(message)
+        }
+        Entity::Object(at) => {
+            let object = &desc.objects[at];
+            if let Some(name) = &object.material
+                && !desc
+                    .materials
+                    .iter()
+                    .any(|material| material.name.get_ref() == name.get_ref())
+            {
+                let known = desc.materials.iter().map(|material| &material.name);
+                return Err(message(undefined("material", name.get_ref(), name.span(), known)));
+            }
+            let ShapeDesc::Mesh(mesh) = object.shape.get_ref() else {
+                return Ok(());
+            };
+            let path = desc.folder().join(mesh.file.get_ref());
+            let Some(report) = store.model_report(&path) else {
+                return Ok(());
+            };
+            let clips: Vec<&str> = report.clips.iter().map(|clip| clip.name.as_str()).collect();
+            let variants: Vec<&str> = report.variants.iter().map(String::as_str).collect();
+            let unknown = |what: &str, name: &str, known: &[&str]| {
+                let unknown = UnknownName::new(what, name, known.iter().copied());
+                let unknown = match known.is_empty() {
+                    true => unknown.with_fallback(Some("the model has none".to_owned())),
+                    false => unknown,
+                };
+                Err(format!("{unknown}: {}", path.display()))
+            };
+            let played = match &mesh.animation {
+                Some(AnimationChoice::Named(names)) => names.as_slice(),
+                _ => &[],
+            };
+            if let Some(name) = played.iter().find(|name| !clips.contains(&name.as_str())) {
+                return unknown("animation", name, &clips);
+            }
+            match &mesh.variant {
+                Some(name) if !variants.contains(&name.as_str()) => unknown("variant", name, &variants),
+                _ => Ok(()),
+            }
+        }
+        Entity::Light(_) | Entity::Texture(_) | Entity::Background | Entity::Camera => Ok(()),
+    }
 }
 
 /// The place, at one time, of an object that moves: it always has a transform.

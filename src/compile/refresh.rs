@@ -11,7 +11,6 @@ use crate::{
     describe::{Diagnostics, SceneDesc},
     geometry::MAX_MAGNIFICATION,
     material::{Emission, Material, MaterialId},
-    math::DMat3,
     scene::{Background, BackgroundRadiance, LightId, ObjectId, Scene, SceneUpdate, ShadingUpdate},
     texture::{Bitmap, bitmap::ColorSpace},
     value::{Problem, Spanned},
@@ -140,9 +139,7 @@ impl Refresher {
     ) -> Result<Option<BackgroundRadiance>, Vec<AssetError>> {
         let old = &scene.shading.background.radiance;
         if !changes.contains(&Change::Background) {
-            let given = desc.background.environment.as_ref();
-            let rotation = given.map(|given| background::rotation(given.get_ref()));
-            return Ok(Some(old.rotated(rotation.unwrap_or(DMat3::IDENTITY))));
+            return Ok(Some(background::rotated(old, &desc.background)));
         }
         // Alone the picture may get another resolution than among all images.
         if desc.background.environment.is_some() && !store.halved().is_empty() {
@@ -164,7 +161,7 @@ impl Refresher {
                 alpha: AlphaUse::Unused,
                 ..ImageRequest::new(ImageSource::File(file), ColorSpace::Srgb)
             };
-            self.environment = store.images(&[request])?.pop();
+            self.environment = store.images(&[request])?.pop().map(|(_, picture)| picture);
         }
         Ok(self.environment.as_ref())
     }

@@ -16,7 +16,7 @@ use super::{
 };
 use crate::{
     camera::{CameraDesc, SceneCamera},
-    value::{Problem, Spanned},
+    value::{Problem, Spanned, is_override},
 };
 
 /// A table that has values.
@@ -76,25 +76,62 @@ impl<'d> MovingDesc<'d> {
         Diagnostics::new(&desc.source, problems).map_or(Ok(()), Err)
     }
 
+    /// Puts an entity into `desc` with the values `own`. Returns whether these fit together.
+    pub fn put(&self, desc: &mut SceneDesc, own: &[String], entity: Entity) -> bool {
+        let read = self.entity(entity, own);
+        read.map(|read| read.put(entity, desc)).is_ok()
+    }
+
     /// The camera of the scene file at a time in frames.
     ///
     /// # Errors
     /// Its values do not fit together.
     pub fn camera(&self, frame: f64) -> Result<Option<SceneCamera>, Diagnostics> {
-        let invalid = |problems: Vec<Problem>| {
-            let overrides = self.values.overrides_at(self.desc, frame);
-            let source = self.desc.source.clone().with(overrides);
-            Diagnostics::new(&source, problems).expect("what cannot be read has a problem")
+        if !self.entities.contains_key(&Entity::Camera) {
+            let camera = self.desc.camera.as_ref().map(|camera| camera.get_ref().compile());
+            return camera.transpose().map_err(|problems| self.diagnostics(frame, problems));
+        }
+        let own = self.values.at(frame);
+        let invalid = |problems| self.diagnostics(frame, self.of_cells(&own, problems));
+        self.camera_without(None, &own).map_err(invalid)
+    }
+
+    /// The camera of the scene file with these values, but for one column.
+    fn camera_without(&self, column: Option<usize>, own: &[String]) -> Result<Option<SceneCamera>, Vec<Problem>> {
+        match self.entity_without(column, Entity::Camera, own)? {
+            EntityDesc::Camera(camera) => camera.get_ref().compile().map(Some),
+            _ => Ok(None),
+        }
+    }
+
+    /// Gives problems of the camera that are in the scene file the first column without which there are none.
+    fn of_cells(&self, own: &[String], problems: Vec<Problem>) -> Vec<Problem> {
+        let columns = &self.entities[&Entity::Camera].columns;
+        let is_of_file = |problem: &Problem| problem.span.as_ref().is_none_or(|span| !is_override(span));
+        let culprit = || {
+            let is_it = |at: &&usize| self.camera_without(Some(**at), own).is_ok();
+            let culprit = columns.iter().find(is_it).or(columns.first());
+            culprit.map(|at| self.values.span(*at))
         };
-        let camera = match self.entities.contains_key(&Entity::Camera) {
-            true => match self.entity(Entity::Camera, &self.values.at(frame)).map_err(invalid)? {
-                EntityDesc::Camera(camera) => Some(*camera),
-                _ => None,
+        let moved = |problem: Problem| match is_of_file(&problem) {
+            true => Problem {
+                span: culprit(),
+                ..problem
             },
-            false => self.desc.camera.clone(),
+            false => problem,
         };
-        let compiled = camera.map(|camera| camera.get_ref().compile()).transpose();
-        compiled.map_err(invalid)
+        problems.into_iter().map(moved).collect()
+    }
+
+    /// The problems at a time in frames, with the cells of their values.
+    fn diagnostics(&self, frame: f64, problems: Vec<Problem>) -> Diagnostics {
+        let source = (self.desc.source.clone()).with(self.values.overrides_at(self.desc, frame));
+        Diagnostics::new(&source, problems).expect("what cannot be read has a problem")
+    }
+
+    /// The problem of a column at a time in frames.
+    pub fn problem(&self, column: usize, frame: f64, message: String) -> Diagnostics {
+        self.diagnostics(frame, vec![Problem::at(self.values.span(column), message)])
     }
 
     /// An object at a time in frames, if it has values and they fit together.
@@ -109,18 +146,29 @@ impl<'d> MovingDesc<'d> {
 
     /// Reads an entity with these values, all of a time.
     pub(super) fn entity(&self, entity: Entity, own: &[String]) -> Result<EntityDesc, Vec<Problem>> {
+        self.entity_without(None, entity, own)
+    }
+
+    /// Reads an entity with these values but for that of one column.
+    fn entity_without(
+        &self,
+        left_out: Option<usize>,
+        entity: Entity,
+        own: &[String],
+    ) -> Result<EntityDesc, Vec<Problem>> {
         let changing = &self.entities[&entity];
+        let columns = || changing.columns.iter().copied().filter(|at| Some(*at) != left_out);
         let mut problems = Vec::new();
         let mut value: Spanned<DeValue<'_>> = changing.base.clone();
         if let DeValue::Table(table) = value.get_mut() {
-            for &at in &changing.columns {
+            for at in columns() {
                 let (column, span) = (&self.values.columns[at], self.values.span(at));
                 let path: Vec<Cow<'_, str>> = column.path.iter().map(|step| Cow::Borrowed(step.as_str())).collect();
                 let new = DeValue::parse(&own[at]).expect("the TOML crate has written it");
                 let set = put(table, (&path, column.component), placed(new.into_inner(), &span));
                 problems.extend(set.err());
             }
-            for &at in &changing.columns {
+            for at in columns() {
                 let column = &self.values.columns[at];
                 if column.component.is_some() {
                     problems.extend(unset(table, &column.path, &self.values.span(at)));
@@ -134,7 +182,9 @@ impl<'d> MovingDesc<'d> {
         let mut reader = Reader::new(overrides, &self.desc.source.text);
         let name = || changing.name.clone();
         let read = match entity {
-            Entity::Object(_) => reader.object(value).map(|it| EntityDesc::Object(Box::new(it))),
+            Entity::Object(_) => reader
+                .object(value)
+                .map(|it| EntityDesc::Object(Box::new(it.without_scales_of_zero()))),
             Entity::Light(_) => reader.light(value).map(|it| EntityDesc::Light(Box::new(it))),
             Entity::Material(_) => reader
                 .material(name(), value)

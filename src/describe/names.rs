@@ -26,9 +26,47 @@ pub enum FileKind {
 
 /// The names in the tables of a scene file.
 pub(super) struct KnownNames {
-    named: [Vec<String>; NAMED.len()],
-    listed: [Vec<String>; LISTED.len()],
+    named: [Names; NAMED.len()],
+    listed: [Names; LISTED.len()],
     kind: FileKind,
+}
+
+/// The names of the tables of one sort.
+#[derive(Default)]
+struct Names {
+    names: Vec<String>,
+    /// The keys of each table; empty where no name has a point in it.
+    keys: Vec<Vec<String>>,
+}
+
+impl Names {
+    fn new(named: Vec<(String, &Spanned<DeValue<'_>>)>) -> Self {
+        let keys = |(_, table): &(String, &Spanned<DeValue<'_>>)| {
+            let table = table.get_ref().as_table().into_iter();
+            table
+                .flat_map(|table| table.keys().map(|key| key.get_ref().to_string()))
+                .collect()
+        };
+        let has_points = named.iter().any(|(name, _)| name.contains('.'));
+        Self {
+            keys: named.iter().filter(|_| has_points).map(keys).collect(),
+            names: named.into_iter().map(|(name, _)| name).collect(),
+        }
+    }
+
+    /// The name that `steps` begin with, by the number of its steps and its place. A name may have points in it: the longest one
+    /// counts whose table has the next step as a key, or the longest one where none has.
+    fn find(&self, steps: &[String]) -> Option<(usize, usize)> {
+        let found = (1..=steps.len()).rev().filter_map(|count| {
+            let name = steps[..count].join(".");
+            Some((count, self.names.iter().position(|known| *known == name)?))
+        });
+        let has_next = |(count, at): &(usize, usize)| match (self.keys.get(*at), steps.get(*count)) {
+            (Some(keys), Some(next)) => keys.contains(next),
+            _ => false,
+        };
+        found.clone().find(has_next).or_else(|| found.clone().next())
+    }
 }
 
 /// The keys of an object that go without its name where a model by itself is the only one.
@@ -40,8 +78,9 @@ impl KnownNames {
         let get = |what: &str| table.get(what).map(Spanned::get_ref);
         Self {
             named: NAMED.map(|what| {
-                let keys = get(what).and_then(DeValue::as_table).into_iter().flat_map(|t| t.keys());
-                keys.map(|key| key.get_ref().to_string()).collect()
+                let tables = get(what).and_then(DeValue::as_table).into_iter();
+                let tables = tables.flat_map(DeTable::iter);
+                Names::new(tables.map(|(key, table)| (key.get_ref().to_string(), table)).collect())
             }),
             listed: LISTED.map(|what| {
                 let elements = get(what).and_then(DeValue::as_array).into_iter().flatten();
@@ -49,8 +88,11 @@ impl KnownNames {
                     let name = element.get_ref().as_table()?.get("name")?.get_ref().as_str()?;
                     Some(name.to_owned())
                 };
-                let numbered = |(element, number)| name(element).unwrap_or_else(|| format!("{what} {number}"));
-                elements.zip(1..).map(numbered).collect()
+                let numbered = |(element, number)| {
+                    let name = name(element).unwrap_or_else(|| format!("{what} {number}"));
+                    (name, element)
+                };
+                Names::new(elements.zip(1..).map(numbered).collect())
             }),
             kind,
         }
@@ -79,11 +121,8 @@ impl KnownNames {
         let Some((what, names, is_list)) = tables.chain(lists).find(|(what, ..)| *what == table) else {
             return Ok(plain());
         };
-        // A name may have points in it: the longest one counts.
-        let found = (1..=rest.len()).rev().find_map(|steps| {
-            let name = rest[..steps].join(".");
-            Some((steps, names.iter().position(|known| *known == name)?))
-        });
+        let found = names.find(rest);
+        let names = &names.names;
         let step = |(steps, at): (usize, usize)| {
             let step = if is_list { at.to_string() } else { names[at].clone() };
             let inner = rest[steps..].iter().map(|step| Cow::Borrowed(step.as_str()));

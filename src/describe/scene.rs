@@ -297,6 +297,23 @@ fn yes() -> bool {
     true
 }
 
+impl ObjectDesc {
+    /// The factor that stands for a scale of exactly 0 in a table. It has an inverse, and an object of 1 m becomes one of 1 nm, which no
+    /// picture shows, while its names, its numbers and its motion stay.
+    const LEAST_SCALE: f64 = 1e-9;
+
+    /// The same object, whose scales are not 0.
+    pub(super) fn without_scales_of_zero(mut self) -> Self {
+        let scale = self.transform.as_mut().and_then(|given| given.get_mut().scale.as_mut());
+        for factor in scale.into_iter().flat_map(|scale| &mut scale.0) {
+            if factor.0 == 0.0 {
+                factor.0 = Self::LEAST_SCALE;
+            }
+        }
+        self
+    }
+}
+
 /// An object's place: `scale` first, then `rotate` (degrees about the fixed x, y and z axes in this order), then
 /// `translate` (m); or `matrix`, four rows of four numbers, the last `0 0 0 1`.
 #[derive(Clone, Debug, Deserialize)]

@@ -89,6 +89,7 @@ impl Values {
             }
         }
         quaternions::join(&mut values, &sources, &mut faults);
+        values.add_overlaps(&sources, &mut faults);
         faults.check()?;
         for (at, (table, column)) in sources.iter().enumerate() {
             if let Some(held) = values.held(desc, at, table, column) {
@@ -110,6 +111,32 @@ impl Values {
         }
         faults.check()?;
         Ok(values)
+    }
+
+    /// Adds a fault for each column that sets a value, or a part of one, which another column sets as well.
+    fn add_overlaps(&self, sources: &[(&ValueTable, &ValueColumn)], faults: &mut Faults<'_>) {
+        let mut order: Vec<usize> = (0..self.columns.len()).collect();
+        let key = |at: &usize| (self.columns[*at].entity, &self.columns[*at].path);
+        order.sort_by(|a, b| key(a).cmp(&key(b)));
+        // The column of a whole value comes right before those of its parts.
+        let mut whole: Option<usize> = None;
+        for at in order {
+            let own = &self.columns[at];
+            let other = whole.map(|whole| &self.columns[whole]);
+            let overlaps = |other: &&Column| other.entity == own.entity && own.path.starts_with(&other.path);
+            let Some(other) = other.filter(overlaps) else {
+                whole = Some(at);
+                continue;
+            };
+            let file = &self.files[own.file].path;
+            let origin = format!("{}:{}: {}", file.display(), sources[at].0.header, own.name);
+            let of_file = match own.file == other.file {
+                true => String::new(),
+                false => format!(" of {}", self.files[other.file].path.display()),
+            };
+            let message = format!("the column `{}`{of_file} sets the same value", other.name);
+            faults.add(origin, Problem::at(0..0, message));
+        }
     }
 
     /// The curve of a column of whole numbers, truths or names, which hold, if its key is one.

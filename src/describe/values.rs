@@ -162,6 +162,23 @@ impl Values {
             .collect()
     }
 
+    /// The columns that hold words, but for names of files: the entity, the index of the column, and the time in frames of the first
+    /// cell with each word.
+    pub fn words(&self) -> Vec<(Entity, usize, f64)> {
+        let mut words = Vec::new();
+        for (at, column) in self.columns.iter().enumerate() {
+            let Curve::Held(steps) = &column.curve else { continue };
+            if column.path.last().is_some_and(|step| step == "file") {
+                continue;
+            }
+            let mut known = BTreeSet::new();
+            let is_word = |text: &str| text.starts_with(['"', '\'']);
+            let new = steps.iter().filter(|(_, text)| is_word(text) && known.insert(text));
+            words.extend(new.map(|(frame, _)| (column.entity, at, *frame)));
+        }
+        words
+    }
+
     /// The objects whose transforms have values.
     pub fn moved_objects(&self) -> BTreeSet<usize> {
         let moved = self

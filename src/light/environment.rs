@@ -89,6 +89,11 @@ pub struct EnvironmentLight {
 }
 
 impl Environment {
+    #[cfg(test)]
+    pub(crate) fn texels_address(&self) -> *const Rgb {
+        self.texels.as_ptr()
+    }
+
     /// The light of `picture` times `intensity`, rotated by `world_from_map`.
     pub fn new(picture: &Bitmap, working_space: WorkingSpace, intensity: f32, world_from_map: DMat3) -> Self {
         let (width, height) = (picture.width as usize, picture.height as usize);

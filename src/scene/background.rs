@@ -58,6 +58,15 @@ impl BackgroundRadiance {
         }
     }
 
+    /// The address of its environment map, to tell whether others have the same one.
+    #[cfg(test)]
+    pub(crate) fn address(&self) -> Option<*const Rgb> {
+        match self {
+            Self::Color(_) => None,
+            Self::Environment(environment) => Some(environment.texels_address()),
+        }
+    }
+
     /// Whether it is known to be black in all directions.
     pub fn is_black(&self) -> bool {
         matches!(self, Self::Color(color) if color.is_black())

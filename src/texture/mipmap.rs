@@ -23,7 +23,7 @@ use super::{
 use crate::math::{UnitFloat, srgb};
 
 /// Gives levels to the bitmaps that one of `textures` looks at from afar, on the threads of the
-/// current rayon pool.
+/// current rayon pool, and takes those of the others. Levels that are there stay.
 pub fn add_levels(textures: &[Texture], bitmaps: &mut [Bitmap]) {
     let mut wanted = vec![false; bitmaps.len()];
     for texture in textures {
@@ -31,8 +31,12 @@ pub fn add_levels(textures: &[Texture], bitmaps: &mut [Bitmap]) {
             wanted[bitmap.0 as usize] = true;
         }
     }
-    let wanted = bitmaps.par_iter_mut().zip(wanted).filter(|(_, wanted)| *wanted);
-    wanted.for_each(|(bitmap, _)| build(bitmap));
+    let each = bitmaps.par_iter_mut().zip(wanted);
+    each.for_each(|(bitmap, is_wanted)| match is_wanted {
+        true if bitmap.levels.is_empty() => build(bitmap),
+        true => {}
+        false => bitmap.levels = Vec::new(),
+    });
 }
 
 /// Gives `bitmap` its levels.

@@ -9,7 +9,7 @@ use super::{
 use crate::{
     assets::Files,
     batch::{InputHash, Job, Plan, Request},
-    camera::{CameraDesc, FilmSize, Lens, LookAt, path::CameraPath},
+    camera::{CameraDesc, FilmSize, Lens, LensOverrides, LookAt, path::CameraPath},
     error::Error,
     film::passes::{BEAUTY, PASSES, PassSource},
     integrator::IntegratorDesc,
@@ -41,12 +41,20 @@ impl Source {
         request.camera_path = keyframes.has_keys().then(|| camera_path.clone());
         let begun = SystemTime::now();
         let job = Job::open(&self.scene, &request)?;
-        let scene = Arc::new(job.compile()?);
+        let mut scene = Arc::new(job.compile()?);
         keyframes.set_scene_shutter(job.desc.shutter);
         let plan = match job.plan.picture.metering_camera {
-            Some(_) if job.moves() => job
-                .plan
-                .metered(job.scenes(job.compile()?).seek(job.plan.first_frame)?, None)?,
+            Some(_) if job.moves() => {
+                let compiled = Arc::as_ptr(&scene);
+                let mut scenes = job.scenes(scene);
+                let plan = job.plan.metered(scenes.seek(job.plan.first_frame)?, None)?;
+                scene = scenes.shared();
+                if Arc::as_ptr(&scene) != compiled {
+                    // A seeker begins with the scene that the job compiles.
+                    scene = Arc::new(job.compile()?);
+                }
+                plan
+            }
             _ => job.plan.metered(&scene, None)?,
         };
         let mut background = scene.shading.background.clone();
@@ -171,10 +179,21 @@ impl Base {
         self.plan.picture.settings.resolution
     }
 
-    /// The scene's own camera.
-    pub fn home_camera(&self) -> Option<ViewCamera> {
+    /// The scene's own camera at a frame.
+    pub fn home_camera(&self, frame: i32) -> Option<ViewCamera> {
         let (eye, at) = self.home.as_ref()?;
-        Some(ViewCamera::new(*eye, at))
+        let moved = || {
+            let camera = self.job.camera(f64::from(frame)).ok()??;
+            let lens = camera.lens.parameters();
+            let lens = if lens == self.lens.parameters() {
+                LensOverrides::default()
+            } else {
+                lens
+            };
+            Some(ViewCamera::of_pose(&camera.pose, lens, self.up(), self.distance()))
+        };
+        let moved = self.job.moves_camera().then(moved).flatten();
+        Some(moved.unwrap_or_else(|| ViewCamera::new(*eye, at)))
     }
 
     /// The camera of a path at a frame; `None` outside of the path.

@@ -119,8 +119,12 @@ impl ViewCamera {
     /// The camera of a path at a time. It looks at a target at the path's distance, or at `distance`, with the roll relative to
     /// `up`.
     pub fn of_state(state: &CameraState, up: DVec3, distance: f64) -> Self {
-        let pose = &state.pose;
         let distance = state.target_distance.or(state.lens.focus_distance).unwrap_or(distance);
+        Self::of_pose(&state.pose, state.lens, up, distance)
+    }
+
+    /// The camera at a pose that looks at a target at this distance, with the roll relative to `up`.
+    pub fn of_pose(pose: &Pose, lens: LensOverrides, up: DVec3, distance: f64) -> Self {
         let at = LookAt {
             target: pose.eye() + pose.forward() * distance,
             up,
@@ -138,7 +142,7 @@ impl ViewCamera {
             ..at
         };
         Self {
-            lens: state.lens.into(),
+            lens: lens.into(),
             ..Self::new(pose.eye(), &at)
         }
     }

@@ -78,7 +78,9 @@ impl Session {
             Some(path) => (first_frame(path), Some(Arc::clone(path))),
             None => (base.plan.first_frame, None),
         };
-        let camera = base.camera_at(path.as_deref(), frame).or_else(|| base.home_camera());
+        let camera = base.camera_at(path.as_deref(), frame);
+        let is_home = camera.is_none();
+        let camera = camera.or_else(|| base.home_camera(frame.round() as i32));
         let camera = camera.ok_or_else(|| Error::NoCamera {
             path: source.scene.clone(),
         })?;
@@ -92,6 +94,7 @@ impl Session {
                     frame,
                     camera,
                     path,
+                    is_home,
                 },
                 plan,
                 first_look: look.clone(),
@@ -192,19 +195,22 @@ impl Session {
         }
         camera.state(state.view.frame).map_err(|e| e.to_string())?;
         state.view.camera = camera;
-        state.view.path = None;
+        (state.view.path, state.view.is_home) = (None, false);
         self.change(&mut state, (client, seq));
         Ok(())
     }
 
-    /// Moves the camera to that of the scene.
+    /// Moves the camera to that of the scene, which it follows from frame to frame.
     pub fn go_home(&self, from: (u64, u64)) -> Result<(), String> {
-        let home = self.base().home_camera();
-        let camera = home.ok_or("the scene has no camera of its own")?;
-        self.set_camera(from, camera)
+        let mut state = self.lock();
+        let home = state.base.home_camera(state.view.whole_frame());
+        state.view.camera = home.ok_or("the scene has no camera of its own")?;
+        (state.view.path, state.view.is_home) = (None, true);
+        self.change(&mut state, from);
+        Ok(())
     }
 
-    /// Goes to a frame, with the camera of the path if it has one there.
+    /// Goes to a frame, with the camera of the path if it has one there, or that of the scene if it is shown.
     pub fn set_frame(&self, from: (u64, u64), frame: f64) -> Result<(), String> {
         if frame.abs() > MAX_FRAME as f64 {
             return Err(PathError::FrameNumber(frame).to_string());
@@ -351,9 +357,9 @@ impl Session {
         let look = state.look.rebased(&state.first_look, &first_look);
         state.plan = Arc::new(base.plan(&look)?);
         (state.look, state.first_look) = (look, first_look);
-        let home = state.base.home_camera();
-        let is_home = state.view.path.is_none() && home == Some(state.view.camera);
-        if let Some(home) = base.home_camera().filter(|_| is_home) {
+        let frame = state.view.whole_frame();
+        let is_home = state.view.path.is_none() && state.view.is_home;
+        if let Some(home) = base.home_camera(frame).filter(|_| is_home) {
             state.view.camera = home;
         }
         if unsupported(&state.view.camera.lens, base.lens.columns()).is_some() {
@@ -412,7 +418,9 @@ impl Session {
         let path = state.keyframes.path().cloned();
         let camera = state.base.camera_at(path.as_deref(), state.view.frame);
         state.view.path = path.filter(|_| camera.is_some());
-        if let Some(camera) = camera {
+        state.view.is_home &= camera.is_none();
+        let home = || state.base.home_camera(state.view.whole_frame());
+        if let Some(camera) = camera.or_else(|| state.view.is_home.then(home).flatten()) {
             state.view.camera = camera;
         }
     }

@@ -25,6 +25,8 @@ pub struct View {
     pub camera: ViewCamera,
     /// The path that gives the camera at the frame; `None` for `camera` itself.
     pub path: Option<Arc<CameraPath>>,
+    /// Whether the camera is the scene's own, which values or animations move, where there is no path.
+    pub is_home: bool,
 }
 
 impl View {
@@ -37,6 +39,10 @@ impl View {
     pub fn frame_camera(&self, base: &Base, film: FilmSize) -> Result<FrameCamera, PathError> {
         let lens = &base.lens;
         let Some(path) = &self.path else {
+            let own = || base.job.frame_camera(self.whole_frame(), film).ok();
+            if let Some(own) = (self.is_home && base.job.moves_camera()).then(own).flatten() {
+                return Ok(own);
+            }
             let camera = self
                 .camera
                 .frame_camera(self.frame, (lens, base.job.desc.shutter), film)?;

@@ -9,6 +9,7 @@ mod assignment;
 mod batches;
 mod bits;
 mod bump;
+mod cells;
 mod chunks;
 mod cli;
 mod closed_room;

@@ -165,3 +165,33 @@ fn a_still_of_a_model_by_itself_with_a_table_is_the_file_of_the_job() {
     }
     assert!(found[0][0] != found[1][0]);
 }
+
+#[test]
+fn the_scenes_own_camera_moves_with_its_table_until_the_user_moves_it() {
+    let table = "frame, camera.perspective.eye.x, camera.perspective.fov, object.blue.visible\n1, 0, 40, true\n5, 3, 60, false\n";
+    let scene = scene("values = \"table.csv\"", "shutter = [0, 0.5]");
+    let fly = Fly::of(&scene, &[("table.csv", table)], &[]);
+    let mut page = fly.page();
+    let follows = |page: &mut Page| {
+        for [still, file] in stills_and_files(&fly, page, &[3, 9], &["scene.toml"]) {
+            assert_eq!(still, file);
+        }
+    };
+    follows(&mut page);
+    let at = |page: &mut Page, frame: i32| {
+        page.ask(json!({ "t": "frame", "frame": frame }));
+        page.picture(true).0["camera"].clone()
+    };
+    let camera = at(&mut page, 5);
+    assert_eq!(
+        (&camera["eye"], &camera["lens"]["fov"]),
+        (&json!([3.0, 2.0, 6.0]), &json!(60.0))
+    );
+    let own = json!({ "eye": [1.0, 1.0, 6.0], "target": [1.0, 1.0, 2.0], "up": [0.0, 1.0, 0.0] });
+    page.ask(json!({ "t": "view", "camera": own }));
+    for frame in [1, 4] {
+        assert_eq!(at(&mut page, frame)["eye"], own["eye"]);
+    }
+    page.ask(json!({ "t": "home" }));
+    follows(&mut page);
+}

@@ -28,10 +28,10 @@ pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
 /// An upper bound of the compression ratio of all codecs; that of deflate is 1,032.
 const MOST_GAIN: u64 = 4096;
 
-/// The bytes of memory for all levels of the picture, by the header: at most four channels of floats.
-pub(super) fn memory(bytes: &[u8]) -> Result<u64, ImageProblem> {
+/// The bytes of memory for all levels of the picture after some halvings, by the header: at most four channels of floats.
+pub(super) fn memory(bytes: &[u8], halvings: u32) -> Result<u64, ImageProblem> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)?;
-    Ok(with_levels(shown_bytes(&meta), 4))
+    Ok(with_levels(shrunk(shown_bytes(&meta), halvings), 4))
 }
 
 /// The bytes of the picture alone; 0 for a file without a layer.

@@ -109,7 +109,7 @@ fn a_picture_takes_the_memory_that_its_header_tells() {
     let files = pictures.iter().map(|p| file(p, F::Png)).chain([exr]);
     for (i, bytes) in files.enumerate() {
         let image = encoded(&bytes, "picture", ColorSpace::Raw);
-        let told = image.memory();
+        let told = image.memory(0);
         for halvings in [0, 1, 3] {
             let memory = MemoryBudget::default();
             let bitmap = image.decode(halvings, &memory).unwrap();
@@ -131,7 +131,7 @@ fn a_picture_takes_the_memory_that_its_header_tells() {
             assert!(needed <= taken, "{i}: {channels} channels of {size} bytes");
         }
     }
-    assert_eq!(encoded(b"nothing", "a.png", ColorSpace::Raw).memory(), 0);
+    assert_eq!(encoded(b"nothing", "a.png", ColorSpace::Raw).memory(0), 0);
 }
 
 #[test]

@@ -51,16 +51,7 @@ pub(in crate::batch) fn cameras(
     (scene_camera, resolution): (Option<SceneCamera>, [u32; 2]),
     inputs: &Files,
 ) -> Result<JobCameras, Error> {
-    let own = OwnCamera {
-        run: run.filter(|run| run.moves_camera()).map(|run| MovedCamera {
-            run,
-            fps: fps(request),
-            desc,
-            parts: values.map(|values| MovingDesc::new(desc, values)),
-        }),
-        is_among_moving: values.is_some() || compile::plays_animations(desc),
-        ..OwnCamera::new(desc, values, scene_camera)
-    };
+    let own = OwnCamera::new(desc, (values, run, fps(request)), scene_camera);
     let Some(file) = &request.camera_path else {
         let (all, what) = match (request.turntable, run.and_then(|run| run.end), values) {
             (Some(last), ..) => (
@@ -244,29 +235,41 @@ impl MovedCamera<'_> {
 }
 
 /// The scene's own camera, whose values may change over time.
-struct OwnCamera<'a> {
+pub(in crate::batch) struct OwnCamera<'a> {
     run: Option<MovedCamera<'a>>,
     still: Option<SceneCamera>,
     shutter: Shutter,
     /// Whether other values of the scene change over time.
     is_among_moving: bool,
     moving: Option<MovingDesc<'a>>,
+    /// The scene file.
+    path: &'a Path,
 }
 
 impl<'a> OwnCamera<'a> {
-    fn new(desc: &'a SceneDesc, values: Option<&'a Values>, still: Option<SceneCamera>) -> Self {
+    pub fn new(
+        desc: &'a SceneDesc,
+        (values, run, fps): (Option<&'a Values>, Option<&'a ModelRun>, f64),
+        still: Option<SceneCamera>,
+    ) -> Self {
         let of_camera = values.filter(|values| values.of_camera().next().is_some());
         Self {
-            run: None,
+            run: run.filter(|run| run.moves_camera()).map(|run| MovedCamera {
+                run,
+                fps,
+                desc,
+                parts: values.map(|values| MovingDesc::new(desc, values)),
+            }),
             still,
             shutter: desc.shutter,
-            is_among_moving: values.is_some(),
+            is_among_moving: values.is_some() || compile::plays_animations(desc),
             moving: of_camera.map(|values| MovingDesc::new(desc, values)),
+            path: &desc.source.path,
         }
     }
 
     /// The camera at a time in frames.
-    fn at(&self, frame: f64) -> Result<Option<SceneCamera>, Error> {
+    pub fn at(&self, frame: f64) -> Result<Option<SceneCamera>, Error> {
         match (&self.moving, &self.run) {
             // Values take the place of the node.
             (Some(moving), _) => moving.camera(frame).map_err(Error::Invalid),
@@ -276,9 +279,14 @@ impl<'a> OwnCamera<'a> {
     }
 
     /// The camera of a frame. Where the scene moves, it has those of the frames around it beside it.
-    fn frame_camera(&self, frame: f64, film: FilmSize) -> Result<FrameCamera, Error> {
+    ///
+    /// # Errors
+    /// The scene has no camera, or values of it are wrong.
+    pub fn frame_camera(&self, frame: f64, film: FilmSize) -> Result<FrameCamera, Error> {
         let at = |frame: f64| {
-            let camera = self.at(frame)?.expect("the first frame has a camera");
+            let camera = self.at(frame)?.ok_or_else(|| Error::NoCamera {
+                path: self.path.to_owned(),
+            })?;
             Ok::<_, Error>(Camera::new(&camera.pose, &camera.lens, film))
         };
         let Shutter { open, close } = self.shutter;

@@ -4,6 +4,7 @@ use super::*;
 use crate::{
     batch::{Job, Request},
     render::{Control, Renderer, StillScene},
+    texture::bitmap::Storage,
 };
 
 const SCENE: &str = r#"
@@ -172,14 +173,14 @@ fn values_that_change_together_equal_a_scene_that_is_compiled_for_their_time() {
 
 #[test]
 fn a_frame_after_one_that_is_wrong_is_right() {
-    let folder = folder("frame,object.roof.transform.scale\n1,1\n3,-1\n");
+    let folder = folder("frame,object.floor.shape.cuboid.max.x\n1,5\n2,-9\n3,6\n");
     let job = job(folder.path());
     let scenes = || job.scenes(job.compile().expect("a scene"));
     let (mut scenes, mut alone) = (scenes(), scenes());
     scenes.seek(1.0).expect("a scene");
-    let message = scenes.seek(2.0).map(drop).expect_err("a scale of 0").to_string();
+    let message = scenes.seek(2.0).map(drop).expect_err("no size").to_string();
     assert!(
-        message.contains("v.csv:2: ") || message.contains("the transform has no inverse"),
+        message.contains("v.csv:3: object.floor.shape.cuboid.max.x: "),
         "{message}"
     );
     let found = picture(&job, scenes.seek(3.0).expect("a scene"));
@@ -213,4 +214,68 @@ fn a_scene_that_others_have_stays_and_the_next_one_equals_that_of_its_time() {
     let third = picture(&job, scenes.seek(3.0).expect("a scene"));
     assert!(picture(&job, &shared) == first && first != third);
     assert!(picture(&job, scenes.seek(1.0).expect("a scene")) == first);
+}
+
+/// A job whose scene has two images of 2 by 2 texels.
+fn textured(table: &str) -> (tempfile::TempDir, Job) {
+    let folder = folder(table);
+    let write = |name: &str, bytes: &[u8]| fs::write(folder.path().join(name), bytes).expect("written");
+    let tga = |gray: u8| {
+        let mut file = vec![0; 18];
+        (file[2], file[12], file[14], file[16]) = (3, 2, 2, 8);
+        file.extend([gray, 250, 90, 10]);
+        file
+    };
+    write("a.tga", &tga(0));
+    write("b.tga", &tga(200));
+    let other = "[texture.zebra]\nimage = { file = \"b.tga\" }\n[material.red]";
+    let scene = SCENE.replace("checker = { a = 0.2, b = 0.9 }", "image = { file = \"a.tga\" }");
+    let scene = scene.replace("[material.red]", other);
+    write("s.toml", scene.as_bytes());
+    let job = job(folder.path());
+    (folder, job)
+}
+
+/// The addresses of the texels of all bitmaps of a scene.
+fn texels(scene: &Scene) -> Vec<*const u8> {
+    let bitmaps = scene.shading.bitmaps.iter();
+    let address = |bitmap: &crate::texture::Bitmap| match &bitmap.storage {
+        Storage::Srgb8(texels) | Storage::Linear8(texels) => texels.as_ptr(),
+        other => panic!("{other:?}"),
+    };
+    bitmaps.map(address).collect()
+}
+
+#[test]
+fn images_that_stay_are_decoded_once_and_changed_files_again() {
+    let table = "frame,object.ball.shape.sphere.radius,texture.squares.image.filter\n1,0.7,trilinear\n3,1.2,nearest\n4,1,trilinear\n";
+    let (folder, job) = textured(table);
+    let mut scenes = job.scenes(job.compile().expect("a scene"));
+    let first = scenes.seek(1.0).expect("a scene");
+    let (addresses, sky) = (texels(first), first.shading.background.radiance.address());
+    assert!(addresses.len() == 2 && !first.shading.bitmaps[0].levels.is_empty());
+    let third = scenes.seek(3.0).expect("a scene");
+    assert_eq!(texels(third), addresses);
+    assert!(third.shading.bitmaps[0].levels.is_empty());
+    assert_eq!(third.shading.background.radiance.address(), sky);
+    let fourth = picture(&job, scenes.seek(4.0).expect("a scene"));
+    assert_eq!(texels(scenes.current()), addresses);
+    scenes.recover();
+    assert!(picture(&job, scenes.seek(4.0).expect("a scene")) == fourth);
+    fs::copy(folder.path().join("b.tga"), folder.path().join("a.tga")).expect("copied");
+    assert!(picture(&job, scenes.seek(3.5).expect("a scene")) != fourth);
+    let other = texels(scenes.current());
+    assert!(other[0] != addresses[0] && other[1] == addresses[1]);
+}
+
+#[test]
+fn the_scene_of_the_first_frame_is_compiled_once_around_the_origin_of_the_file() {
+    let folder = folder("frame,object.ball.shape.sphere.radius\n5,1.1\n7,0.8\n");
+    let job = job(folder.path());
+    let mut scenes = job.scenes(job.compile().expect("a scene"));
+    let compiled = Arc::as_ptr(&scenes.current().geometry);
+    let scene = scenes.seek(5.0).expect("a scene");
+    assert_eq!(Arc::as_ptr(&scene.geometry), compiled);
+    let of_file = compile::scene(&job.desc, job.plan.picture.accel).expect("a scene");
+    assert_eq!(scene.origin, of_file.origin);
 }

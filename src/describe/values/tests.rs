@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use super::*;
 use crate::{
     assets::camera_path::{CameraPathOptions, ValueColumns},
-    describe::{Source, parse},
+    describe::{MovingDesc, Source, parse},
 };
 
 const SCENE: &str = "[background]\nenvironment = { file = 'sky.exr' }\n\
@@ -159,4 +159,72 @@ fn the_shutter_holds_for_the_whole_job() {
         let message = read(&format!("frame,{name}\n0,0.5\n")).expect_err("it is refused");
         assert!(message.contains("holds for the whole job"), "{message}");
     }
+}
+
+#[test]
+fn columns_of_one_value_and_of_its_parts_are_refused_with_both_names() {
+    for (columns, second, first) in [
+        (
+            "light.key.point.intensity,light.key.point.intensity.r",
+            "light.key.point.intensity.r",
+            "light.key.point.intensity",
+        ),
+        (
+            "material.m.matte.albedo.b,background.color,material.m.matte.albedo",
+            "material.m.matte.albedo.b",
+            "material.m.matte.albedo",
+        ),
+    ] {
+        let ones = columns.split(',').map(|_| ",1").collect::<String>();
+        let message = read(&format!("frame,{columns}\n1{ones}\n")).expect_err("two columns of a value");
+        let expected = format!("v.csv:1: {second}: the column `{first}` sets the same value");
+        assert!(message.contains(&expected), "{message}");
+    }
+    assert!(read("frame,light.key.point.intensity.r,light.key.point.position.x\n1,1,1\n").is_ok());
+}
+
+#[test]
+fn of_names_with_points_that_name_of_which_the_next_step_is_a_key_counts() {
+    let lights = "[[light]]\nname = 'key.point'\nspot = { position = [0, 1, 2], intensity = 3, cone_angle = 40, target = [0, 0, 0] }\n";
+    let scene = parse(Source::new(PathBuf::from("s.toml"), format!("{SCENE}{lights}")));
+    let scene = scene.unwrap_or_else(|e| panic!("{e}"));
+    let of = |name: &str| {
+        let values = read_for(&scene, &format!("frame,{name}\n1,2\n")).unwrap_or_else(|e| panic!("{e}"));
+        values.columns[0].entity
+    };
+    assert_eq!(of("light.key.point.intensity"), Entity::Light(0));
+    assert_eq!(of("light.key.point.spot.intensity"), Entity::Light(1));
+    let message = read_for(&scene, "frame,light.key.point.sport.intensity\n1,2\n").expect_err("an unknown key");
+    assert!(message.contains("sport"), "{message}");
+}
+
+#[test]
+fn a_camera_whose_eye_is_at_its_target_names_the_cell_that_moves_it_there() {
+    let scene = scene();
+    let table = "frame,camera.perspective.fov,camera.perspective.eye.z\n1,30,5\n2,40,0\n3,50,-5\n";
+    let values = read_for(&scene, table).unwrap_or_else(|e| panic!("{e}"));
+    let moving = MovingDesc::new(&scene, &values);
+    assert!(moving.camera(1.0).is_ok());
+    let message = moving.camera(2.0).map(drop).expect_err("no direction").to_string();
+    assert!(
+        message.starts_with("v.csv:3: camera.perspective.eye.z: the target is at the eye"),
+        "{message}"
+    );
+}
+
+#[test]
+fn a_scale_of_zero_is_one_of_a_nanometre_a_metre() {
+    let (scene, table) = (
+        scene(),
+        "frame,object.a.b.transform.scale.y,interp\n1,1,linear\n3,-1,linear\n",
+    );
+    let values = read_for(&scene, table).unwrap_or_else(|e| panic!("{e}"));
+    let (moving, mut desc) = (MovingDesc::new(&scene, &values), scene.clone());
+    assert!(moving.put(&mut desc, &values.at(2.0), Entity::Object(0)));
+    let transform = desc.objects[0].transform.as_ref().expect("a transform").get_ref();
+    let map = transform.compile(0..0).expect("it has an inverse");
+    assert_eq!(
+        map.matrix3.to_cols_array(),
+        [1.0, 0.0, 0.0, 0.0, 1e-9, 0.0, 0.0, 0.0, 1.0]
+    );
 }
