@@ -5,7 +5,12 @@ use std::{collections::BTreeMap, path::Path};
 use serde::Serialize;
 
 use crate::{
-    assets::{Store, model::Treatment, motion::ModelClip, store::ModelReport},
+    assets::{
+        Store,
+        model::{AnimationChoice, Treatment},
+        motion::ModelClip,
+        store::ModelReport,
+    },
     scene::SceneBuilder,
     warnings::Warning,
 };
@@ -65,14 +70,21 @@ pub struct AnimationEntry {
     pub seconds: Option<f32>,
     /// The kinds of targets that it moves, and the number of each.
     pub moves: BTreeMap<&'static str, usize>,
+    /// Whether it is played.
+    pub played: bool,
 }
 
 impl AnimationEntry {
-    fn new(clip: &ModelClip) -> Self {
+    fn new(clip: &ModelClip, played: Option<&AnimationChoice>) -> Self {
         Self {
             name: clip.name.clone(),
             seconds: Some(clip.length).filter(|length| length.is_finite()),
             moves: clip.moves.iter().copied().collect(),
+            played: match played {
+                None => false,
+                Some(AnimationChoice::All) => true,
+                Some(AnimationChoice::Named(names)) => names.contains(&clip.name),
+            },
         }
     }
 }
@@ -143,7 +155,9 @@ impl ModelEntry {
             file: file(&report.request.path),
             cameras: report.cameras.clone(),
             variants: report.variants.clone(),
-            animations: report.clips.iter().map(AnimationEntry::new).collect(),
+            animations: (report.clips.iter())
+                .map(|clip| AnimationEntry::new(clip, report.request.choice.animation.as_ref()))
+                .collect(),
             lights: report.lights,
             features: features.collect(),
         }

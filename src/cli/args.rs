@@ -95,6 +95,10 @@ pub struct CheckArgs {
     #[arg(long, value_name = "FILE")]
     pub values: Option<PathBuf>,
 
+    /// An animation of a glTF model by itself that is to be played, or all of them; repeatable
+    #[arg(long, value_name = "NAME|all")]
+    pub animation: Vec<String>,
+
     /// Let models name files outside of their own folders
     #[arg(long)]
     pub allow_outside: bool,

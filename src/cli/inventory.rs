@@ -81,9 +81,10 @@ fn write_model(out: &mut impl Write, model: &ModelEntry) -> io::Result<()> {
         let moves = animation.moves.iter().map(|(what, count)| plural(*count, what));
         let moves = moves.collect::<Vec<_>>().join(", ");
         let moves = if moves.is_empty() { "nothing" } else { &moves };
+        let played = if animation.played { ", is played" } else { "" };
         writeln!(
             out,
-            "  animation {}: {seconds} s, moves {moves}",
+            "  animation {}: {seconds} s, moves {moves}{played}",
             visible(&animation.name)
         )?;
     }

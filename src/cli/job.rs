@@ -24,7 +24,7 @@ use super::{
     inventory, log, memory,
     preview::Preview,
     progress::{Progress, say},
-    request::request,
+    request::{animation, request},
     signals, simd,
     stats::{Observers, Stats, StatsFiles},
     summary,
@@ -58,6 +58,7 @@ fn check(args: &CheckArgs, simd: Isa) -> anyhow::Result<()> {
     let request = Request {
         camera_path: args.frames.clone(),
         values: args.values.clone(),
+        animation: animation(&args.animation),
         overrides: args.settings.0.clone(),
         allow_outside: args.allow_outside,
         strict: args.strict,

@@ -60,6 +60,16 @@ fn check_lists_animations_and_a_model_at_rest_says_what_it_does_not_play() {
     let folder = folder();
     let text = folder.succeed(&["check", "a.gltf"]);
     assert!(text.contains("animation Walk: 0.5 s, moves 1 node\n"), "{text}");
+    let text = folder.succeed(&["check", "a.gltf", "--animation", "Run"]);
+    assert!(
+        text.contains("13 frames to render") && text.contains("animation Run: 0.5 s, moves 1 node, is played\n"),
+        "{text}"
+    );
+    let unknown = folder.fail(2, &["check", "a.gltf", "--animation", "Rum"]);
+    assert!(
+        unknown.contains("unknown animation `Rum` (did you mean `Run`?)"),
+        "{unknown}"
+    );
     let output = folder.run(&["check", "a.gltf"]);
     let warning = String::from_utf8_lossy(&output.stderr).into_owned();
     assert!(
