@@ -328,6 +328,9 @@ impl Model {
         for (material, surface) in pose.materials {
             model.materials[material].surface = surface;
         }
+        for (texture, transform) in pose.textures {
+            model.textures[texture].transform = transform;
+        }
         (model.cameras, model.lights) = (pose.cameras, pose.lights);
         model.hidden = pose.hidden;
         model

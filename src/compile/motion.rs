@@ -27,7 +27,7 @@ use crate::{
     material::{Material, MaterialId},
     math::{DAffine3, Transform, Vec3, Vec4},
     scene::{LightId, MeshId, MeshPose, MeshTransform, ObjectFromGroup, ObjectId, Scene, SceneUpdate, ShadingUpdate},
-    texture::TextureId,
+    texture::{StTransform, TextureId},
     value::{Problem, Span},
 };
 
@@ -154,6 +154,7 @@ impl SceneMotion {
         }
         let shading = ShadingUpdate {
             materials: self.materials(scene, desc, (&looks, time))?,
+            textures: self.textures((&looks, time)),
             lights: self.lights(scene, desc, &models)?,
             background: None,
         };
@@ -200,7 +201,7 @@ impl SceneMotion {
         &self,
         scene: &Scene,
         desc: &SceneDesc,
-        (models, time): (&BTreeMap<u32, (&PlacedModel, &Arc<Model>)>, f64),
+        (models, time): (&MovedLooks<'_>, f64),
     ) -> Option<Vec<(MaterialId, Material)>> {
         let mut materials = Vec::new();
         for (object, first_material, first_texture) in &self.movables.looks {
@@ -220,6 +221,21 @@ impl SceneMotion {
             }
         }
         Some(materials)
+    }
+
+    /// The new transforms of textures.
+    fn textures(&self, (models, time): (&MovedLooks<'_>, f64)) -> Vec<(TextureId, StTransform)> {
+        let of_model = |(object, _, first): &(ObjectId, MaterialId, TextureId)| {
+            let first = first.0;
+            let (placed, model) = models.get(&object.0)?;
+            let moved = model.motion.as_ref()?.texture_transforms(&placed.playback, time);
+            let ids = moved
+                .into_iter()
+                .map(move |(texture, transform)| (TextureId(first + texture as u32), transform));
+            Some(ids)
+        };
+        let looks = self.movables.looks.iter();
+        looks.filter_map(of_model).flatten().collect()
     }
 
     /// The new lights; `None` if others of them shine.
@@ -282,6 +298,9 @@ fn looks_key(placed: &PlacedModel, model: &Model, time: f64) -> Vec<u64> {
     key.extend(placed.edits.bits_of_materials());
     key
 }
+
+/// The models whose materials or textures change, by their objects.
+type MovedLooks<'a> = BTreeMap<u32, (&'a PlacedModel, &'a Arc<Model>)>;
 
 /// The positions, normals and tangents of a mesh.
 type Arrays<'a> = (&'a [Vec3], &'a [Vec3], &'a [Vec4]);

@@ -12,7 +12,7 @@ use crate::{
     light::Light,
     material::{Material, MaterialId},
     math::{Runs, Transform, Vec4},
-    texture::{Bitmap, Texture, Textures},
+    texture::{Bitmap, StTransform, Texture, TextureId, Textures},
 };
 
 /// The surfaces of a scene and what they are called. Motion changes it, see [`Scene::apply`](super::Scene::apply).
@@ -82,6 +82,8 @@ pub struct SceneShading {
 #[derive(Default)]
 pub struct ShadingUpdate {
     pub materials: Vec<(MaterialId, Material)>,
+    /// The transforms of textures.
+    pub textures: Vec<(TextureId, StTransform)>,
     /// Analytic lights.
     pub lights: Vec<(LightId, Light)>,
     pub background: Option<Background>,
@@ -90,7 +92,7 @@ pub struct ShadingUpdate {
 impl ShadingUpdate {
     /// Whether nothing changes.
     pub fn is_empty(&self) -> bool {
-        self.materials.is_empty() && self.lights.is_empty() && self.background.is_none()
+        self.materials.is_empty() && self.textures.is_empty() && self.lights.is_empty() && self.background.is_none()
     }
 }
 
@@ -124,6 +126,10 @@ impl SceneShading {
         let has_materials = !update.materials.is_empty();
         for (id, material) in update.materials {
             self.materials[id.0 as usize] = material;
+        }
+        for (id, transform) in update.textures {
+            let texture = &mut self.textures[id.0 as usize];
+            *texture = Texture { transform, ..*texture }.near();
         }
         if !update.lights.is_empty() {
             let mut lights = self.lights.to_vec();

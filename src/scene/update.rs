@@ -135,13 +135,15 @@ impl Scene {
     /// The shading is shared with another scene.
     ///
     /// # Panics
-    /// There is no such material or light.
+    /// There is no such material, texture or light.
     pub fn reshade(&mut self, update: ShadingUpdate) -> Result<(), SceneUpdateError> {
         let shading = Arc::get_mut(&mut self.shading).ok_or(SceneUpdateError::Shared)?;
         let mut shines = !update.lights.is_empty() || update.background.is_some();
         for (id, material) in &update.materials {
             shines |= material.emission().is_some() || shading.material(*id).emission().is_some();
         }
+        // The light of textured emitters depends on their textures.
+        shines |= !update.textures.is_empty() && self.lights.emitters().count() > 0;
         shading.update(update);
         if shines {
             self.lights = Lights::new(&self.geometry, &self.shading);

@@ -3,7 +3,7 @@
 //! Sources: Khronos, "glTF 2.0 Specification", section 3.11, and "KHR_animation_pointer".
 
 use std::{
-    collections::{BTreeSet, HashMap},
+    collections::{BTreeSet, HashMap, HashSet},
     sync::Arc,
 };
 
@@ -17,7 +17,7 @@ use super::{
 use crate::{
     assets::{
         model::{AnimationChoice, Model, Treatment},
-        motion::{CameraProperty, Channel, Clip, LightProperty, MaterialProperty, ModelClip, Target},
+        motion::{CameraProperty, Channel, Clip, LightProperty, MaterialProperty, ModelClip, Target, texture_property},
     },
     math::keys::{KeyInterp, Keys},
     value::{UnknownName, one_line, unique_names},
@@ -188,10 +188,13 @@ fn moved(pointer: &str, light_divisor: u32) -> Option<(Target, usize)> {
         ("meshes", "weights") => (Target::MeshWeights(number), 0),
         ("cameras", "perspective/yfov") => (Target::Camera(number, CameraProperty::Fov), 1),
         ("cameras", "orthographic/ymag") => (Target::Camera(number, CameraProperty::HalfHeight), 1),
-        ("materials", path) => {
-            let property = MaterialProperty::of_path(path)?;
-            (Target::Material(number, property), property.width)
-        }
+        ("materials", path) => match MaterialProperty::of_path(path) {
+            Some(property) => (Target::Material(number, property), property.width),
+            None => {
+                let (key, property, width) = texture_property(path)?;
+                (Target::Texture(number, key, property), width)
+            }
+        },
         _ => return None,
     })
 }
@@ -280,6 +283,16 @@ pub(super) fn materials(played: &[Played]) -> BTreeSet<usize> {
     channels.filter_map(material).collect()
 }
 
+/// The textures whose transforms the played animations change, by the material of the document and the key of its reference.
+pub(super) fn textures(played: &[Played]) -> HashSet<(usize, &'static str)> {
+    let channels = played.iter().flat_map(|clip| &clip.channels);
+    let texture = |channel: &PlayedChannel| match channel.moved {
+        Target::Texture(material, key, _) => Some((material, key)),
+        _ => None,
+    };
+    channels.filter_map(texture).collect()
+}
+
 /// Checks that the numbers of nodes, meshes and materials in a played animation exist.
 pub(super) fn check(document: &Document<'_>, played: &[Played]) -> Result<(), GltfProblem> {
     let root = &document.root;
@@ -289,7 +302,9 @@ pub(super) fn check(document: &Document<'_>, played: &[Played]) -> Result<(), Gl
                 get(&root.nodes, node, "node").map(|_| ())
             }
             Target::MeshWeights(mesh) => get(&root.meshes, mesh, "mesh").map(|_| ()),
-            Target::Material(material, _) => get(&root.materials, material, "material").map(|_| ()),
+            Target::Material(material, _) | Target::Texture(material, ..) => {
+                get(&root.materials, material, "material").map(|_| ())
+            }
             Target::Camera(camera, _) => get(&root.cameras, camera, "camera").map(|_| ()),
             // Lights are in an extension; those that no node carries are not shown.
             Target::Light(..) => Ok(()),

@@ -2,7 +2,10 @@
 //!
 //! Sources: Khronos, "glTF 2.0 Specification", section 3.9, and the texts of the KHR_materials extensions.
 
-use std::{collections::HashMap, path::Path};
+use std::{
+    collections::{HashMap, HashSet},
+    path::Path,
+};
 
 use ::gltf::json::Value;
 
@@ -10,12 +13,12 @@ use super::{
     document::{Document, get},
     error::GltfProblem,
     json::{number, numbers, unit},
-    textures::{ModelImages, UvSets, uv_set},
+    textures::{self, ModelImages, UvSets, uv_set},
 };
 use crate::{
     assets::{
         model::{Model, ModelMaterial, Treatment, UvSet},
-        motion::MaterialMotion,
+        motion::{MaterialMotion, TextureMotion},
     },
     bsdf::layered::Boundary,
     material::{
@@ -35,6 +38,20 @@ const MIRROR_IOR: f32 = 1e4;
 pub(super) struct ModelMaterials {
     materials: HashMap<Option<usize>, usize>,
     images: ModelImages,
+    /// The references to textures whose transforms are animated, by their materials and keys.
+    animated: HashSet<(usize, &'static str)>,
+    textures: HashMap<(usize, &'static str), TextureMotion>,
+}
+
+/// The materials and textures of a document that animations change.
+#[derive(Default)]
+pub(super) struct MovingLooks {
+    pub materials: Vec<MaterialMotion>,
+    /// The place of each material by its number in the document.
+    pub material_places: HashMap<usize, usize>,
+    pub textures: Vec<TextureMotion>,
+    /// The place of each texture by the material and the key of its reference.
+    pub texture_places: HashMap<(usize, &'static str), usize>,
 }
 
 /// A material of the document.
@@ -100,6 +117,9 @@ pub(super) fn texture_infos(value: &Value, sets: &mut Vec<u32>) {
 struct Reader<'a, 'b> {
     document: &'a Document<'b>,
     images: &'a mut ModelImages,
+    number: Option<usize>,
+    animated: &'a HashSet<(usize, &'static str)>,
+    textures: &'a mut HashMap<(usize, &'static str), TextureMotion>,
     sets: UvSets,
     path: &'a Path,
     model: &'a mut Model,
@@ -112,9 +132,26 @@ impl Reader<'_, '_> {
             let first = "of one material two sets of coordinates are read, and it has a third";
             self.model.add_feature(key, "material", Treatment::InPart(first));
         }
-        self.images
-            .place(self.document, info, self.sets, space, self.path, self.model)
-            .map_err(|e| e.within(key))
+        let is_it = |(material, own): &&(usize, &'static str)| Some(*material) == self.number && *own == key;
+        let animated = self.animated.iter().find(is_it).copied();
+        if let Some(known) = animated.and_then(|animated| self.textures.get(&animated)) {
+            return Ok(Some(TextureId(known.texture as u32)));
+        }
+        let placed = self
+            .images
+            .place(
+                self.document,
+                (info, animated.is_some()),
+                self.sets,
+                space,
+                self.path,
+                self.model,
+            )
+            .map_err(|e| e.within(key))?;
+        if let (Some(animated), Some(id)) = (animated, placed) {
+            self.textures.insert(animated, textures::motion(info, id));
+        }
+        Ok(placed)
     }
 
     /// A colour times a texture's.
@@ -318,27 +355,41 @@ impl ModelMaterials {
         self.materials.get(&Some(material)).copied()
     }
 
-    /// The motion of those of these materials that are used, and the place of each by its number.
+    /// No materials yet, of which the transforms of these textures are animated.
+    pub fn new(animated: HashSet<(usize, &'static str)>) -> Self {
+        Self {
+            animated,
+            ..Self::default()
+        }
+    }
+
+    /// The motion of those of these materials that are used, and of textures.
     pub fn motions(
         &self,
         document: &Document<'_>,
         moved: impl IntoIterator<Item = usize>,
         model: &Model,
-    ) -> (Vec<MaterialMotion>, HashMap<usize, usize>) {
-        let (mut motions, mut places) = (Vec::new(), HashMap::new());
+    ) -> MovingLooks {
+        let mut looks = MovingLooks::default();
+        let mut textures: Vec<_> = self.textures.iter().collect();
+        textures.sort_by_key(|(reference, _)| *reference);
+        for (reference, motion) in textures {
+            looks.texture_places.insert(*reference, looks.textures.len());
+            looks.textures.push(*motion);
+        }
         for number in moved {
             let Some(&material) = self.materials.get(&Some(number)) else {
                 continue;
             };
             let volume = &document.raw["materials"][number]["extensions"]["KHR_materials_volume"];
-            places.insert(number, motions.len());
-            motions.push(MaterialMotion {
+            looks.material_places.insert(number, looks.materials.len());
+            looks.materials.push(MaterialMotion {
                 material,
                 surface: model.materials[material].surface,
                 attenuation: attenuation(volume),
             });
         }
-        (motions, places)
+        looks
     }
 
     /// Adds a material to `model`; returns its index. `has_colors` tells whether its mesh has vertex colours.
@@ -358,6 +409,9 @@ impl ModelMaterials {
                 let mut reader = Reader {
                     document,
                     images: &mut self.images,
+                    number: material,
+                    animated: &self.animated,
+                    textures: &mut self.textures,
                     sets,
                     path,
                     model,

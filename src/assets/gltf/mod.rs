@@ -87,7 +87,6 @@ fn read(bytes: &[u8], path: &Path, choice: &ModelChoice, files: &Files) -> Resul
     let root = &document.root;
     let mut model = Model::default();
     let mut meshes = primitive::Meshes::default();
-    let mut materials = materials::ModelMaterials::default();
     features::collect(&document.raw, choice, &mut model);
     let hierarchy = nodes::Hierarchy::new(&document)?;
     model.nodes = hierarchy.names();
@@ -106,6 +105,7 @@ fn read(bytes: &[u8], path: &Path, choice: &ModelChoice, files: &Files) -> Resul
     let edited = EditedNumbers::new(&choice.edited, &model);
     let hidden = hierarchy.hidden(&document);
     let moving = Moving::new(&placed, &played, &edited);
+    let mut materials = materials::ModelMaterials::new(animations::textures(&played));
     let pose = Pose::new(&document, &placed, &moving);
     let mut motion = Motion::default();
     for (
@@ -200,18 +200,18 @@ fn read(bytes: &[u8], path: &Path, choice: &ModelChoice, files: &Files) -> Resul
     if !played.is_empty() || !edited.is_empty() {
         let mut changed = animations::materials(&played);
         changed.extend(edited.materials.iter().map(|(number, _)| *number));
-        let (motions, places) = materials.motions(&document, changed, &model);
-        motion.materials = motions;
+        let looks = materials.motions(&document, changed, &model);
+        (motion.materials, motion.textures) = (looks.materials.clone(), looks.textures.clone());
         motion.named_nodes = moving.named_nodes(&edited);
         let named = edited.materials.iter();
         motion.named_materials = named
-            .filter_map(|(number, name)| Some((name.clone(), *places.get(number)?)))
+            .filter_map(|(number, name)| Some((name.clone(), *looks.material_places.get(number)?)))
             .collect();
         motion.meshes = meshes.motions;
         motion.nodes = moving.nodes(&document, &placed, (&played, &edited), &hidden);
         motion.skins = pose.into_skins();
         motion.clips = (played.into_iter())
-            .map(|clip| clip.shown(|moved| moving.target(moved, &places)))
+            .map(|clip| clip.shown(|moved| moving.target(moved, &looks)))
             .collect();
         model.motion = Some(Arc::new(motion));
     }

@@ -6,6 +6,7 @@ use super::{
     animations::Played,
     document::Document,
     edited::EditedNumbers,
+    materials::MovingLooks,
     nodes::{self, PlacedNode},
 };
 use crate::assets::motion::{MotionNode, Target};
@@ -45,7 +46,7 @@ impl Moving {
                 Target::MeshWeights(mesh) => {
                     moving.weighted.1.insert(mesh);
                 }
-                Target::Material(..) | Target::Light(..) | Target::Camera(..) => {}
+                Target::Material(..) | Target::Texture(..) | Target::Light(..) | Target::Camera(..) => {}
             }
         }
         for node in placed {
@@ -109,16 +110,18 @@ impl Moving {
         placed.iter().map(node).collect()
     }
 
-    /// The target of a channel in the motion; `None` if it is not shown. `materials` has the place of each material of the document
-    /// among those of the motion.
-    pub fn target(&self, moved: &Target, materials: &HashMap<usize, usize>) -> Option<Target> {
+    /// The target of a channel in the motion; `None` if it is not shown.
+    pub fn target(&self, moved: &Target, looks: &MovingLooks) -> Option<Target> {
         Some(match *moved {
             Target::Translation(node) => Target::Translation(self.place_of(node)?),
             Target::Rotation(node) => Target::Rotation(self.place_of(node)?),
             Target::Scale(node) => Target::Scale(self.place_of(node)?),
             Target::NodeWeights(node) => Target::NodeWeights(self.place_of(node)?),
             Target::MeshWeights(mesh) => Target::MeshWeights(mesh),
-            Target::Material(material, property) => Target::Material(*materials.get(&material)?, property),
+            Target::Material(material, property) => Target::Material(*looks.material_places.get(&material)?, property),
+            Target::Texture(material, key, property) => {
+                Target::Texture(*looks.texture_places.get(&(material, key))?, key, property)
+            }
             Target::Light(light, property) => Target::Light(light, property),
             Target::Camera(camera, property) => Target::Camera(camera, property),
         })

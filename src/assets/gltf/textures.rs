@@ -1,6 +1,9 @@
 //! Textures and images.
 
-use std::{collections::HashMap, path::Path};
+use std::{
+    collections::{HashMap, HashSet},
+    path::Path,
+};
 
 use ::gltf::json::{
     Value,
@@ -15,7 +18,10 @@ use super::{
     json::{index, number, numbers},
 };
 use crate::{
-    assets::model::{ImageSource, Model, ModelTexture, Treatment, UvSet},
+    assets::{
+        model::{ImageSource, Model, ModelTexture, Treatment, UvSet},
+        motion::TextureMotion,
+    },
     math::Vec2,
     texture::{
         StTransform, TextureId,
@@ -28,6 +34,8 @@ use crate::{
 #[derive(Default)]
 pub(super) struct ModelImages {
     images: HashMap<usize, usize>,
+    /// The textures that only one reference has.
+    own: HashSet<usize>,
 }
 
 /// The sets of texture coordinates that a material reads, by their numbers in the document.
@@ -61,11 +69,12 @@ impl ModelImages {
         self.images.keys().copied().collect()
     }
 
-    /// Adds the texture that a material refers to to `model`; `None` if it cannot be rendered.
+    /// Adds the texture that a material refers to to `model`; `None` if it cannot be rendered. `is_own` tells that no other reference
+    /// is to have the same one.
     pub fn place(
         &mut self,
         document: &Document<'_>,
-        info: &Value,
+        (info, is_own): (&Value, bool),
         sets: UvSets,
         color_space: ColorSpace,
         path: &Path,
@@ -112,11 +121,15 @@ impl ModelImages {
             transform: transform(info),
             uv_set: sets.of(uv_set(info)).unwrap_or_default(),
         };
-        let known = model.textures.iter().position(|t| *t == made);
-        let at = known.unwrap_or_else(|| {
+        let is_it = |(at, known): (usize, &ModelTexture)| *known == made && !self.own.contains(&at);
+        let known = model.textures.iter().enumerate().position(is_it);
+        let at = known.filter(|_| !is_own).unwrap_or_else(|| {
             model.textures.push(made);
             model.textures.len() - 1
         });
+        if is_own {
+            self.own.insert(at);
+        }
         Ok(Some(TextureId(at as u32)))
     }
 
@@ -138,11 +151,24 @@ impl ModelImages {
 
 /// The transform of KHR_texture_transform, from (u, v) with v down to (s, t) with t up.
 fn transform(info: &Value) -> StTransform {
-    let Some(given) = info.pointer("/extensions/KHR_texture_transform") else {
-        return StTransform::IDENTITY;
-    };
+    match info.pointer("/extensions/KHR_texture_transform") {
+        Some(_) => motion(info, TextureId(0)).transform(),
+        None => StTransform::IDENTITY,
+    }
+}
+
+/// The motion of the texture of a reference, at rest.
+pub(super) fn motion(info: &Value, texture: TextureId) -> TextureMotion {
+    let given = info
+        .pointer("/extensions/KHR_texture_transform")
+        .unwrap_or(&Value::Null);
     let pair = |key: &str, default: f32| Vec2::from_array(numbers(given, key, [default; 2]));
-    StTransform::of_uv(pair("offset", 0.0), number(given, "rotation", 0.0), pair("scale", 1.0))
+    TextureMotion {
+        texture: texture.0 as usize,
+        offset: pair("offset", 0.0),
+        rotation: number(given, "rotation", 0.0),
+        scale: pair("scale", 1.0),
+    }
 }
 
 fn image(document: &Document<'_>, index: usize, path: &Path) -> Result<ImageSource, GltfProblem> {

@@ -6,18 +6,20 @@ mod deform;
 mod edits;
 mod factors;
 mod looks;
+mod textures;
 
 use std::collections::{HashMap, HashSet};
 
 use glam::{DAffine3, DQuat, DVec3};
 
 use super::views::{ModelCamera, ModelLight};
-use crate::{material::principled::Principled, math::keys::Keys, shape::mesh::Playback};
+use crate::{material::principled::Principled, math::keys::Keys, shape::mesh::Playback, texture::StTransform};
 
 pub use deform::{Deform, Influences, MeshShape, MorphTarget};
 pub use edits::{EditedParts, FactorEdit, ModelEdits, NewNumbers, NewRotation, NodeEdit};
 pub use factors::{Factor, FactorRange, MaterialMotion, MaterialProperty};
 pub use looks::{CameraProperty, LightParameters, LightProperty, LightShape};
+pub use textures::{TextureMotion, TextureProperty, texture_property};
 
 /// An animation of a model file.
 #[derive(Clone, Debug, PartialEq)]
@@ -73,6 +75,8 @@ pub enum Target {
     NodeWeights(usize),
     MeshWeights(usize),
     Material(usize, MaterialProperty),
+    /// The reference of a material to a texture, by its key; an index into [`Motion::textures`].
+    Texture(usize, &'static str, TextureProperty),
     Light(usize, LightProperty),
     Camera(usize, CameraProperty),
 }
@@ -153,6 +157,7 @@ pub struct Motion {
     /// The nodes and the materials that values replace, by their names.
     pub named_nodes: HashMap<String, usize>,
     pub named_materials: HashMap<String, usize>,
+    pub textures: Vec<TextureMotion>,
 }
 
 /// The pose of a model at a time: all that differs from its rest pose.
@@ -168,6 +173,8 @@ pub struct ModelPose {
     pub materials: Vec<(usize, Principled)>,
     /// The parts that are not visible.
     pub hidden: HashSet<usize>,
+    /// New transforms of textures, by their indices into [`Model::textures`](super::model::Model::textures).
+    pub textures: Vec<(usize, StTransform)>,
 }
 
 /// The numbers of all channels at a time.
@@ -237,7 +244,7 @@ impl Motion {
                 Target::MeshWeights(mesh) => {
                     animated.mesh_weights.insert(mesh, weights());
                 }
-                Target::Material(..) | Target::Light(..) | Target::Camera(..) => {}
+                Target::Material(..) | Target::Texture(..) | Target::Light(..) | Target::Camera(..) => {}
             }
         }
         for (node, edit) in &edits.nodes {
@@ -269,6 +276,17 @@ impl Motion {
             materials[*material].set(factor, *numbers);
         }
         materials.into_iter().map(|m| (m.material, m.surface)).collect()
+    }
+
+    /// The transforms at `time`, in s, of textures that animations move.
+    pub fn texture_transforms(&self, playback: &Playback, time: f64) -> Vec<(usize, StTransform)> {
+        let mut textures: Vec<TextureMotion> = self.textures.clone();
+        for (Channel { target, keys }, time) in self.channels(playback, time) {
+            if let Target::Texture(texture, _, property) = *target {
+                textures[texture].set(property, keys, time);
+            }
+        }
+        textures.iter().map(|t| (t.texture, t.transform())).collect()
     }
 
     /// The pose at `time`, in s. Where `edits` and an animation give the same, `edits` counts.
@@ -303,6 +321,7 @@ impl Motion {
         }
         let place = |node: usize| animated.model_from_node[node];
         pose.materials = self.surfaces(playback, edits, time);
+        pose.textures = self.texture_transforms(playback, time);
         pose.lights = lights
             .iter()
             .map(|light| light.at_rest.light(place(light.node)))

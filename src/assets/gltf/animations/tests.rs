@@ -9,9 +9,9 @@ use crate::{
         model::{AnimationChoice, Model, ModelChoice, ModelFeature, ModelLightKind, ModelView},
         motion::ModelEdits,
     },
-    math::{Rgb, Vec3},
+    math::{Rgb, Vec2, Vec3},
     shape::mesh::Playback,
-    texture::{Color, Scalar},
+    texture::{Color, Scalar, StTransform},
 };
 
 fn load(bytes: &[u8], names: &[&str]) -> Result<Model, String> {
@@ -247,4 +247,38 @@ fn pointers_change_materials_lights_and_cameras_and_others_are_said() {
     ));
     assert_eq!(posed.cameras[0].view, ModelView::Perspective { fov: 1.0 });
     assert_eq!(model.clips[0].moves, [("camera", 1), ("light", 1), ("material", 1)]);
+}
+
+#[test]
+fn pointers_move_the_texture_of_one_reference_and_no_equal_one() {
+    let image = "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAACCAIAAAD91JpzAAAAFklEQVR42mP4L8cg8kuDQc7mw68PIgAjvQWcELqerwAAAABJRU5ErkJggg==";
+    let base = "/materials/0/pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform";
+    let channel = |(i, property): (usize, &str)| {
+        format!(
+            r#"{{"sampler": {i}, "target": {{"path": "pointer", "extensions": {{"KHR_animation_pointer": {{"pointer": "{base}/{property}"}}}}}}}}"#
+        )
+    };
+    let channels: Vec<String> = ["offset", "rotation"].into_iter().enumerate().map(channel).collect();
+    let material = r#"{"pbrMetallicRoughness": {"baseColorTexture":
+        {"index": 0, "extensions": {"KHR_texture_transform": {"offset": [0.1, 0], "scale": [2, 3]}}}}}"#;
+    let primitive = |material: usize| format!(r#"{{"attributes": {{"POSITION": 0}}, "material": {material}}}"#);
+    let rest = format!(
+        r#""images": [{{"uri": "{image}"}}], "textures": [{{"source": 0}}], "materials": [{material}, {material}],
+        "meshes": [{{"primitives": [{}, {}]}}], "nodes": [{{"mesh": 0}}],
+        "animations": [{{"name": "Slide", "channels": [{}],
+        "samplers": [{{"input": 1, "output": 2}}, {{"input": 1, "output": 3}}]}}]"#,
+        primitive(0),
+        primitive(1),
+        channels.join(",")
+    );
+    let arrays: [(usize, &[f32]); 4] = [TRIANGLE, TIMES, (2, &[0.0, 0.0, 0.5, 1.0]), (1, &[0.0, 3.0])];
+    let model = load(&glb(&arrays, &rest), &["Slide"]).unwrap();
+    assert!(model.features.iter().all(|feature| feature.used_by != "channel"));
+    let transforms = |model: &Model| -> Vec<StTransform> { model.textures.iter().map(|t| t.transform).collect() };
+    let still = StTransform::of_uv(Vec2::new(0.1, 0.0), 0.0, Vec2::new(2.0, 3.0));
+    assert_eq!(transforms(&model), [still, still]);
+    // The middle of the two keys.
+    let moved = StTransform::of_uv(Vec2::new(0.25, 0.5), 1.5, Vec2::new(2.0, 3.0));
+    assert_eq!(transforms(&at(&model, 2.0)), [moved, still]);
+    assert_eq!(model.clips[0].moves, [("material", 1)]);
 }

@@ -15,7 +15,7 @@ const TURNS: [f32; 12] = [0.0, 0.0, 0.0, 1.0, 0.0, 0.6, 0.0, 0.8, 0.0, 0.0, 1.0,
 pub(super) fn model(animation: &str) -> Vec<u8> {
     let scales = |middle: f32| [[1.0; 3], [middle; 3], [1.5, 1.0, 1.0]].concat();
     let (vanishing, mirrored) = (scales(0.0), [[1.0; 3], [-1.0, 1.0, 1.0], [1.0; 3]].concat());
-    let arrays: [(usize, &[f32]); 12] = [
+    let arrays: [(usize, &[f32]); 15] = [
         (3, &TRIANGLE),
         (3, &NORMALS),
         (4, &TANGENTS),
@@ -28,13 +28,20 @@ pub(super) fn model(animation: &str) -> Vec<u8> {
         (3, &vanishing),
         (3, &mirrored),
         (3, &[0.1, 0.2, 0.9, 0.9, 0.3, 0.1, 0.0, 0.0, 0.0]),
+        (2, &[0.0, 0.0, 1.0, 0.0, 0.5, 1.0]),
+        (2, &[0.0, 0.0, 0.4, 0.7, 2.0, 3.0]),
+        (1, &[0.0, 1.0, -2.0]),
     ];
     let rest = r#""extensionsUsed": ["KHR_lights_punctual", "KHR_animation_pointer"],
         "extensions": {"KHR_lights_punctual": {"lights": [{"type": "point", "intensity": 20}]}},
-        "materials": [{"pbrMetallicRoughness": {"baseColorFactor": [0.8, 0.4, 0.2, 1]}},
-            {"emissiveFactor": [3, 3, 2]}],
-        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "NORMAL": 1}, "material": 0}]},
-            {"primitives": [{"attributes": {"POSITION": 0}, "material": 1}]},
+        "images": [{"uri": "data:image/png;base64,iVBORw0KGgoAAAANSUhEUgAAAAIAAAACCAIAAAD91JpzAAAAFklEQVR42mP4L8cg8kuDQc7mw68PIgAjvQWcELqerwAAAABJRU5ErkJggg=="}],
+        "textures": [{"source": 0}],
+        "materials": [{"pbrMetallicRoughness": {"baseColorFactor": [0.8, 0.4, 0.2, 1],
+                "baseColorTexture": {"index": 0, "extensions": {"KHR_texture_transform": {"scale": [2, 1]}}},
+                "metallicRoughnessTexture": {"index": 0}}},
+            {"emissiveFactor": [3, 3, 2], "emissiveTexture": {"index": 0}}],
+        "meshes": [{"primitives": [{"attributes": {"POSITION": 0, "NORMAL": 1, "TEXCOORD_0": 12}, "material": 0}]},
+            {"primitives": [{"attributes": {"POSITION": 0, "TEXCOORD_0": 12}, "material": 1}]},
             {"primitives": [{"attributes": {"POSITION": 0, "NORMAL": 1, "TANGENT": 2, "JOINTS_0": 3, "WEIGHTS_0": 4}, "material": 0}]},
             {"primitives": [{"attributes": {"POSITION": 0, "NORMAL": 1}, "targets": [{"POSITION": 1, "NORMAL": 0}], "material": 0}]}],
         "nodes": [{"name": "lamp", "mesh": 1, "translation": [1, 1.5, 0]},
@@ -129,9 +136,18 @@ fn a_model_that_is_moved_equals_one_that_is_compiled_for_its_time() {
         ("/nodes/7/translation", 6),
         ("/materials/0/roughnessFactor", 8),
         ("/materials/1/emissiveFactor", 11),
+        ("/materials/0/base/offset", 13),
+        ("/materials/0/base/rotation", 14),
+        ("/materials/0/base/scale", 13),
+        (
+            "/materials/1/emissiveTexture/extensions/KHR_texture_transform/offset",
+            13,
+        ),
         ("/extensions/KHR_lights_punctual/lights/0/color", 11),
     ] {
         let pointer = pointer.replace("/0/rough", "/0/pbrMetallicRoughness/rough");
+        let base = "pbrMetallicRoughness/baseColorTexture/extensions/KHR_texture_transform/";
+        let pointer = pointer.replace("base/", base);
         both_ways(&[(&pointer, output)], None);
     }
 }
