@@ -18,6 +18,8 @@ use batch_render::{
     scene::{ObjectId, Scene, SceneUpdate},
 };
 
+mod cameras;
+
 const SIDE: u32 = 64;
 
 /// A white square of a metre and a ball before nothing; a pixel is a sixteenth of a metre.

@@ -31,6 +31,7 @@ mod kinds;
 mod manifest;
 mod manual;
 mod passes;
+mod poses;
 mod references;
 
 fn main() {
@@ -46,6 +47,7 @@ fn main() {
         manifest::trials(),
         manual::trials(),
         passes::trials(),
+        poses::trials(),
         references::trials(),
     ];
     libtest_mimic::run(&args, trials.into_iter().flatten().collect()).exit();
