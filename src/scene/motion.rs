@@ -1,6 +1,8 @@
 //! The motion of surfaces from frame to frame: where the point of a first hit is in the frames before and after.
 
-use super::{FirstHit, Scene};
+use std::{collections::HashMap, ops::Range};
+
+use super::{FirstHit, ObjectId, Scene};
 use crate::{
     geometry::{Geometry, InstanceId},
     math::{Transform, Vec3},
@@ -15,6 +17,17 @@ pub struct ScenePlaces {
     shapes: Vec<Option<u32>>,
     /// In the space of their group; empty where they are the same at all times.
     vertices: Vec<Vec3>,
+    owners: Owners,
+}
+
+/// The objects of instances, shapes and meshes. An object that is not visible has none.
+#[derive(Clone, Debug, PartialEq)]
+struct Owners {
+    instances: Vec<ObjectId>,
+    shapes: Vec<ObjectId>,
+    meshes: Vec<ObjectId>,
+    /// The vertices of each mesh.
+    vertices: Vec<Range<u32>>,
 }
 
 impl ScenePlaces {
@@ -25,7 +38,43 @@ impl ScenePlaces {
             instances: geometry.instances.iter().map(|placed| placed.transform).collect(),
             shapes: geometry.shapes.iter().map(|placed| placed.transform).collect(),
             vertices: geometry.vertices.clone(),
+            owners: Owners {
+                instances: scene
+                    .geometry
+                    .instances
+                    .iter()
+                    .map(|instance| instance.object)
+                    .collect(),
+                shapes: scene.geometry.shape_objects.clone(),
+                meshes: scene.geometry.meshes.iter().map(|mesh| mesh.object).collect(),
+                vertices: scene.geometry.meshes.iter().map(|mesh| mesh.vertices.clone()).collect(),
+            },
         }
+    }
+
+    /// These places in the order of `now`, in which other objects may be visible. What has no counterpart counts as unmoved.
+    fn in_order_of(self, now: &Self) -> Self {
+        if self.owners == now.owners {
+            return self;
+        }
+        let mut ordered = now.clone();
+        for (own, other) in counterparts(&now.owners.instances, &self.owners.instances) {
+            ordered.instances[own] = now.transforms.len() as u32 + self.instances[other];
+        }
+        for (own, other) in counterparts(&now.owners.shapes, &self.owners.shapes) {
+            ordered.shapes[own] = self.shapes[other].map(|index| now.transforms.len() as u32 + index);
+        }
+        for (own, other) in counterparts(&now.owners.meshes, &self.owners.meshes) {
+            let [own, other] = [(now, own), (&self, other)].map(|(places, mesh)| {
+                let Range { start, end } = places.owners.vertices[mesh];
+                start as usize..end as usize
+            });
+            if own.len() == other.len() {
+                ordered.vertices[own].copy_from_slice(&self.vertices[other]);
+            }
+        }
+        ordered.transforms.extend(self.transforms);
+        ordered
     }
 
     /// The transform of the instance or the shape of a hit to the world.
@@ -67,12 +116,23 @@ impl ScenePlaces {
         };
         to.map_or(local, |to| to.point_to_world(local))
     }
+}
 
-    /// Whether it has the same instances, shapes and vertices as another.
-    fn is_like(&self, other: &Self) -> bool {
-        let counts = |places: &Self| [places.instances.len(), places.shapes.len(), places.vertices.len()];
-        counts(self) == counts(other)
-    }
+/// The indices of the parts of each object in two lists of their owners, where an object has as many in both.
+fn counterparts(now: &[ObjectId], other: &[ObjectId]) -> Vec<(usize, usize)> {
+    let by_object = |owners: &[ObjectId]| {
+        let mut parts = HashMap::<u32, Vec<usize>>::new();
+        for (i, owner) in owners.iter().enumerate() {
+            parts.entry(owner.0).or_default().push(i);
+        }
+        parts
+    };
+    let (now, other) = (by_object(now), by_object(other));
+    let pairs = now.iter().filter_map(|(object, own)| Some((own, other.get(object)?)));
+    let alike = pairs.filter(|(own, other)| own.len() == other.len());
+    alike
+        .flat_map(|(own, other)| own.iter().copied().zip(other.iter().copied()))
+        .collect()
 }
 
 /// The places of all surfaces as the shutters of a frame and of its neighbours open.
@@ -92,9 +152,9 @@ pub struct PointMotion {
 }
 
 impl SceneMotion {
-    /// The motion between these places. A neighbour with other instances, shapes or vertices counts as unmoved.
+    /// The motion between these places.
     pub fn new(before: Option<ScenePlaces>, mut now: ScenePlaces, after: Option<ScenePlaces>) -> Self {
-        let [mut before, mut after] = [before, after].map(|places| places.filter(|places| places.is_like(&now)));
+        let [mut before, mut after] = [before, after].map(|places| places.map(|places| places.in_order_of(&now)));
         let mut neighbours = before.iter_mut().chain(&mut after);
         if neighbours.by_ref().all(|places| places.vertices == now.vertices) {
             now.vertices = Vec::new();

@@ -157,6 +157,27 @@ fn motion_vectors_go_from_the_opening_of_a_shutter_to_the_next_ones_own_opening(
 }
 
 #[test]
+fn motion_vectors_follow_what_moves_while_other_objects_appear_and_vanish() {
+    let other = "[[object]]\nname = \"other\"\nmaterial = \"lamp\"\nshape.sphere = { center = [0, 9, 0], radius = 0.5 }\n\
+                 transform = { translate = [0, 0, 0] }\n[[object]]\nname = \"ball\"";
+    let scene = SCENE
+        .replace("shutter = [0, 0.5]", "")
+        .replace("[[object]]\nname = \"ball\"", other);
+    let folder = folder(
+        &scene,
+        "frame,interp,object.ball.transform.translate.x,object.other.visible,object.other.transform.translate.z\n\
+         1,linear,-0.5,0,0\n2,linear,0,1,1\n3,linear,0.5,0,2\n",
+    );
+    let film = film(&folder, None, 2);
+    for pass in ["forward", "backward"] {
+        assert!(vectors(&film, pass).count() > 20);
+        for ([u, v, _], _) in vectors(&film, pass) {
+            assert!((u - 4.0).abs() < 1e-3 && v.abs() < 1e-3, "{pass}: {u}, {v}");
+        }
+    }
+}
+
+#[test]
 fn motion_vectors_of_a_zoom_along_a_camera_path_have_the_lens_of_the_neighbours_own_time() {
     let scene = SCENE.replace(
         "orthographic = { eye = [0, 0, 5], target = [0, 0, 0], height = 4 }",

@@ -59,7 +59,7 @@ pub struct FactorEdit {
     pub numbers: [Option<f32>; 3],
 }
 
-/// New values of a model, by the indices of its [`Motion`].
+/// New values of a model, by the indices of its nodes and materials.
 #[derive(Clone, Debug, Default)]
 pub struct ModelEdits {
     pub nodes: Vec<(usize, NodeEdit)>,
