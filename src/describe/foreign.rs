@@ -61,9 +61,19 @@ const KINDS: &[(&[&str], &str, &str)] = &[
         "write one of `matte`, `phong` and `principled`; a colour can be \"texture.NAME\"",
     ),
     (
-        &["area", "quad", "rectangle", "sphere", "disk", "mesh"],
+        &["area", "quad", "rectangle"],
+        "rect",
+        "write rect = { position = [x, y, z], target = [x, y, z], size = [w, h], power = 60 }",
+    ),
+    (
+        &["cylinder", "line", "linear"],
+        "tube",
+        "write tube = { from = [x, y, z], to = [x, y, z], radius = 0.02, power = 36 }",
+    ),
+    (
+        &["mesh"],
         "point",
-        "a light with a surface is an object whose material is an `emitter`",
+        "a mesh that shines is an object whose material is an `emitter`",
     ),
     (
         &["directional", "distant", "parallel"],
