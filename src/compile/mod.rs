@@ -20,6 +20,7 @@ mod compiler;
 pub mod default_scene;
 mod error;
 mod instancing;
+mod light_links;
 mod load;
 mod materials;
 mod model_lights;

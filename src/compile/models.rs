@@ -332,7 +332,8 @@ impl ModelPlacer<'_> {
             match &placed.light_group {
                 Some(group) => self.scene.grouped_light(light, group),
                 None => self.scene.light(light),
-            };
+            }
+            self.scene.own_last_light(placed.object);
         }
         Ok(())
     }

@@ -15,7 +15,7 @@ use crate::{
     describe::{Entity, ObjectDesc, SceneDesc},
     material::MaterialId,
     math::{DAffine3, DVec3},
-    scene::ObjectId,
+    scene::{ObjectId, ObjectRole},
     shape::ShapeDesc,
     value::{Problem, Spanned, UnknownName},
 };
@@ -99,8 +99,22 @@ impl Compiler<'_> {
     }
 
     fn object_settings(&mut self, object: &ObjectDesc, id: ObjectId) {
-        self.scene
-            .set_object_visibility(id, object.ray_visibility, object.holdout);
+        let role = match (
+            object.holdout,
+            object.shadow_catcher.as_ref().filter(|given| *given.get_ref()),
+        ) {
+            (true, Some(given)) => {
+                let message = "a holdout is no `shadow_catcher`: it shows nothing at all";
+                return self.problems.push(Problem::at(given.span(), message));
+            }
+            (true, None) => ObjectRole::Holdout,
+            (false, Some(_)) => ObjectRole::ShadowCatcher,
+            (false, None) => ObjectRole::Ordinary,
+        };
+        self.scene.set_object_visibility(id, object.ray_visibility, role);
+        if let Some(lights) = self.lights_of(object) {
+            self.scene.set_object_lights(id, lights);
+        }
         if let Some(group) = &object.group {
             self.scene.set_object_light_group(id, group.as_str());
         }
@@ -136,6 +150,11 @@ fn place(object: &ObjectDesc, origin: DVec3) -> Result<ObjectPlace, Problem> {
     let world_from_object = given.get_ref().compile(given.span())?;
     let too_far = || Problem::at(given.span(), "the transform has no inverse");
     ObjectPlace::new(world_from_object, origin).ok_or_else(too_far)
+}
+
+/// Whether its geometry comes from a file, which may bring materials and lights.
+pub(super) fn is_model(object: &ObjectDesc) -> bool {
+    matches!(object.shape.get_ref(), ShapeDesc::Mesh(_))
 }
 
 /// Whether a mesh of the scene plays animations.

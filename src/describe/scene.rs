@@ -94,6 +94,12 @@ impl SceneDesc {
         names
     }
 
+    /// Whether any object is a shadow catcher.
+    pub fn has_catchers(&self) -> bool {
+        let is_catcher = |object: &ObjectDesc| object.shadow_catcher.as_ref().is_some_and(|given| *given.get_ref());
+        self.objects.iter().any(is_catcher)
+    }
+
     /// The file's name without its ending.
     pub fn name(&self) -> String {
         let stem = self.source.path.file_stem();
@@ -224,6 +230,9 @@ pub struct LightEntry {
 /// | `visible` | whether it is there at all: `false` hides it from the camera, from mirrors and from light | `true` |
 /// | `ray_visibility` | the rays that meet it: `{ camera, diffuse, reflection, transmission, shadow }`, each `true` or `false` | all `true` |
 /// | `holdout` | whether it cuts a hole into the picture: black with an alpha of 0 where the camera sees it, and in no matte | `false` |
+/// | `shadow_catcher` | whether the camera sees only how other objects change its light: a transparent surface for shadows and reflections | `false` |
+/// | `lights` | names of the lights that light it, see below | all |
+/// | `exclude_lights` | names of lights that do not light it | none |
 /// | `group` | the name of the light group of the light that it emits, see `[[light]]` | none |
 /// | `node` | tables by the names of nodes of its model: `transform` and `visible` | those of the file |
 /// | `material_overrides` | by the names of materials of its model: NAME of a `[material.NAME]`, or a table of factors | those of the file |
@@ -232,6 +241,18 @@ pub struct LightEntry {
 /// shadow and its reflections, `{ shadow = false }` keeps it from blocking lights. Where shadow rays and other rays meet different
 /// objects, lights are found by light sampling alone, which adds noise on glossy surfaces. A holdout blocks light and is reflected as
 /// any object.
+///
+/// **A shadow catcher** stands for a surface of a photograph, the plate, that the picture is put over. Each of its pixels is rendered twice
+/// with the same random numbers: as it is, `W`, and with lights and catchers alone, `O`. With `m`, the least of 1 and of the channels of
+/// `W / O`, its alpha is `1 - m` and its light `W - m O`, so that the plate is scaled by `W / O` where that is gray: shadows, also those of
+/// environments and of light from other surfaces. Coloured light, reflections and what is brighter than before is added as it would look on
+/// the catcher itself, so give it the material of the plate, a glossy one for reflections. Where objects change nothing, its pixels are exactly 0. An emitting
+/// object counts as one of the objects, unless it is a catcher, too; lights are those of the plate. Mirrors and surfaces that light
+/// bounces from meet a catcher as any object. Passes of light components and light groups leave it out; data and mattes have it.
+///
+/// **Light linking**: `lights` and `exclude_lights` take names of lights, of emitting objects (of a model also its lights), of light groups,
+/// `group:NAME` for a group alone, and `background`. Other lights neither light the surfaces of the object nor appear in its reflections, but the object blocks
+/// and reflects light for others as before. `exclude_lights` wins over `lights`. The `ambient` light of `whitted` has no name.
 ///
 /// A transform scales first, then rotates about the fixed x, y and z axes in this order (degrees), then translates (m).
 /// `rotate` is `[x, y, z]`, or a quaternion `{ qx, qy, qz, qw }`. `scale` is a number or `[x, y, z]`. A `matrix` has four rows of
@@ -287,6 +308,10 @@ pub struct ObjectDesc {
     pub ray_visibility: RayVisibility,
     #[serde(default)]
     pub holdout: bool,
+    pub shadow_catcher: Option<Spanned<bool>>,
+    pub lights: Option<Vec<Spanned<String>>>,
+    #[serde(default)]
+    pub exclude_lights: Vec<Spanned<String>>,
     pub group: Option<LightGroupName>,
     /// The keys `node` and `material_overrides`.
     #[serde(skip)]

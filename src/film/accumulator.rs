@@ -4,7 +4,8 @@
 //! tiles, threads, crops or the rounds in which a frame is rendered.
 
 use super::{
-    Film, FilmLayout, Window,
+    Film, FilmLayout, SampleRecord, Window,
+    catchers::TileCatchers,
     coverage::TileCoverage,
     features, noise,
     passes::{Feature, PassContext, PassSource, Statistic},
@@ -16,24 +17,6 @@ use crate::{
     scene::{FirstHit, MatteKind},
     simd::prefetch,
 };
-
-/// A finished sample.
-#[derive(Clone, Copy, Debug)]
-pub struct SampleRecord<'a> {
-    /// Radiance, in W m^-2 sr^-1.
-    pub l: Rgb,
-    pub alpha: f32,
-    /// 1, or -1 if the pixel filter is negative.
-    pub weight: f32,
-    /// Its index within the pixel.
-    pub index: u32,
-    /// The squared distance from the pixel's centre, in pixels.
-    pub distance_squared: f32,
-    /// The first hit of its camera ray; used if the layout needs first hits.
-    pub first: Option<&'a FirstHit>,
-    /// Its layers of light; empty if the layout does not need them.
-    pub light: &'a [Rgb],
-}
 
 /// The order of a layout's planes in accumulators.
 #[derive(Clone, Debug)]
@@ -56,6 +39,8 @@ pub struct AccumulatorLayout {
     alpha_halves: Vec<usize>,
     /// Whether accumulators hold the beauty by halves.
     keeps_halves: bool,
+    /// Whether the scene has shadow catchers.
+    has_catchers: bool,
     /// The number of the first sample of the second half.
     second_half: u32,
     statistics: Vec<(usize, Statistic)>,
@@ -87,6 +72,7 @@ impl AccumulatorLayout {
             halves: Vec::new(),
             alpha_halves: Vec::new(),
             keeps_halves: false,
+            has_catchers: false,
             second_half: samples / 2,
             statistics: Vec::new(),
         };
@@ -137,13 +123,24 @@ impl AccumulatorLayout {
         }
     }
 
+    /// Adds the sums of shadow catchers.
+    pub fn with_catchers(self) -> Self {
+        Self {
+            has_catchers: true,
+            ..self
+        }
+    }
+
     /// The bytes of an accumulator per pixel, without the mattes, whose number varies.
     pub fn bytes_per_pixel(&self) -> u64 {
         let sums = 1 + self.light.len() + self.features.len();
         let data = if self.data.is_empty() { 0 } else { 1 + self.data_width };
         let mattes = 12 * self.mattes.len();
         let halves = self.feature_halves(1) + usize::from(self.keeps_halves);
+        let [catchers, catcher_halves] = TileCatchers::BYTES;
         (sums * size_of::<PixelSum>()
+            + catchers * self.catchers(1)
+            + catcher_halves * self.catcher_halves(1)
             + halves * size_of::<HalfSums>()
             + data * size_of::<f32>()
             + self.moments(1) * size_of::<Moments>()
@@ -171,6 +168,17 @@ impl AccumulatorLayout {
         } else {
             pixels * self.features.len()
         }
+    }
+
+    /// The number of pixels of `all` that have sums of catchers.
+    fn catchers(&self, all: usize) -> usize {
+        if self.has_catchers { all } else { 0 }
+    }
+
+    /// The number of pixels of `all` that have sums of catchers by halves.
+    fn catcher_halves(&self, all: usize) -> usize {
+        let shows_halves = !(self.halves.is_empty() && self.alpha_halves.is_empty());
+        if shows_halves { self.catchers(all) } else { 0 }
     }
 
     /// The number of pixels of `all` that have moments.
@@ -204,6 +212,7 @@ pub struct TileAccumulator {
     halves: Vec<HalfSums>,
     /// Empty if no pass shows the variance.
     moments: Vec<Moments>,
+    catchers: TileCatchers,
 }
 
 impl TileAccumulator {
@@ -221,6 +230,7 @@ impl TileAccumulator {
             feature_halves: vec![HalfSums::default(); layout.feature_halves(pixels)],
             halves: vec![HalfSums::default(); if layout.keeps_halves { pixels } else { 0 }],
             moments: vec![Moments::default(); layout.moments(pixels)],
+            catchers: TileCatchers::new(layout.catchers(pixels), layout.catcher_halves(pixels)),
         }
     }
 
@@ -248,10 +258,21 @@ impl TileAccumulator {
         let mut sum = self.beauty[pixel];
         let mut invalid = 0;
         for sample in samples {
-            if sample.l.is_finite() {
+            if sample.l.is_finite() && sample.without.is_none_or(Rgb::is_finite) {
                 sum.add(sample.l, sample.alpha, sample.weight);
                 for (own, (_, layer)) in self.light[pixel * layout.light.len()..].iter_mut().zip(&layout.light) {
-                    own.add(sample.light[*layer], 0.0, sample.weight);
+                    // Parts of a ratio have no sum.
+                    let l = if sample.without.is_none() {
+                        sample.light[*layer]
+                    } else {
+                        Rgb::BLACK
+                    };
+                    own.add(l, 0.0, sample.weight);
+                }
+                if layout.has_catchers {
+                    let lights = (sample.l, sample.without);
+                    self.catchers
+                        .add(pixel, layout.half(sample.index), lights, sample.weight);
                 }
                 if let Some(moments) = self.moments.get_mut(pixel) {
                     moments.add(sample.l, sample.weight);
@@ -285,6 +306,7 @@ impl TileAccumulator {
         for (halves, sum) in self.feature_halves.iter_mut().zip(&self.features) {
             *halves = HalfSums::of_first(sum);
         }
+        self.catchers.start_second_half();
     }
 
     /// The estimated display error: the root of the mean over the pixels of [`noise::squared_error`]. Needs a layout
@@ -359,6 +381,7 @@ impl TileAccumulator {
             feature_halves,
             halves,
             moments,
+            catchers,
         } = self;
         state::put(out, beauty);
         state::put(out, light);
@@ -368,6 +391,7 @@ impl TileAccumulator {
         state::put(out, feature_halves);
         state::put(out, halves);
         state::put(out, moments);
+        catchers.write_state(out);
         coverage.write_state(out);
     }
 
@@ -381,12 +405,14 @@ impl TileAccumulator {
         state::take(input, &mut self.feature_halves)?;
         state::take(input, &mut self.halves)?;
         state::take(input, &mut self.moments)?;
+        self.catchers.read_state(input)?;
         self.coverage.read_state(input)
     }
 
     /// Writes the current pixels into `film`.
     pub fn resolve_into(&self, layout: &AccumulatorLayout, film: &mut Film) {
-        let beauty = self.beauty.iter().map(PixelSum::resolve);
+        let beauty = self.beauty.iter().enumerate();
+        let beauty = beauty.map(|(pixel, sum)| self.catchers.pixel(pixel, sum.resolve()));
         film.put(0, self.tile, beauty);
         let planes = layout.light.len();
         for (k, (plane, _)) in layout.light.iter().enumerate() {
@@ -394,12 +420,22 @@ impl TileAccumulator {
             film.put(*plane, self.tile, sums.map(PixelSum::rgb));
         }
         self.resolve_features(layout, film);
-        for (plane, half) in &layout.halves {
-            film.put(*plane, self.tile, self.halves.iter().map(|halves| halves.mean(*half)));
+        let half = |(pixel, halves): (usize, &HalfSums), half| self.catchers.half(pixel, half, halves.resolve(half));
+        for (plane, which) in &layout.halves {
+            let pixels = self
+                .halves
+                .iter()
+                .enumerate()
+                .map(|pixel| Channels(half(pixel, *which), 3));
+            film.put(*plane, self.tile, pixels);
         }
         for plane in &layout.alpha_halves {
-            let alphas = self.halves.iter().map(|halves| [0, 1].map(|half| halves.alpha(half)));
-            film.put(*plane, self.tile, alphas);
+            let pixels = self.halves.iter().enumerate();
+            film.put(
+                *plane,
+                self.tile,
+                pixels.map(|pixel| [0, 1].map(|which| half(pixel, which)[3])),
+            );
         }
         for (plane, statistic) in &layout.statistics {
             match statistic {
@@ -447,10 +483,10 @@ impl TileAccumulator {
     }
 }
 
-/// The first of three values.
-struct Channels([f32; 3], usize);
+/// The first of some values.
+struct Channels<const N: usize>([f32; N], usize);
 
-impl AsRef<[f32]> for Channels {
+impl<const N: usize> AsRef<[f32]> for Channels<N> {
     fn as_ref(&self) -> &[f32] {
         &self.0[..self.1]
     }

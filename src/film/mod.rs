@@ -1,6 +1,7 @@
 //! The film: the pixels of the beauty and of all other passes.
 
 pub mod accumulator;
+mod catchers;
 pub mod coverage;
 mod features;
 pub mod layout;
@@ -10,13 +11,15 @@ mod pass_spec;
 pub mod passes;
 pub mod pixel_sum;
 pub mod request;
+mod sample_record;
 mod state;
 pub mod window;
 
-pub use accumulator::{SampleRecord, TileAccumulator};
+pub use accumulator::TileAccumulator;
 pub use layout::{FilmLayout, PlaneSpec};
 pub use passes::{PassSpec, PixelType};
 pub use request::PassRequest;
+pub use sample_record::SampleRecord;
 pub use window::Window;
 
 use bytemuck::cast_slice;

@@ -77,13 +77,8 @@ impl HalfSums {
         [r, g, b]
     }
 
-    /// The alpha of this half of the samples.
-    pub fn alpha(&self, half: usize) -> f32 {
-        self.resolve(half)[3]
-    }
-
-    /// The mean of this half of the samples, of the other half if this one is empty, and 0 without samples.
-    fn resolve(&self, half: usize) -> [f32; 4] {
+    /// The mean of this half of the samples with its alpha, of the other half if this one is empty, and 0 without samples.
+    pub fn resolve(&self, half: usize) -> [f32; 4] {
         let is_there = |sum: &&PixelSum| sum.count() > 0;
         let own = Some(&self.0[half]).filter(is_there);
         own.or(Some(&self.0[1 - half]).filter(is_there))
@@ -185,14 +180,14 @@ mod tests {
         halves.add(1, Rgb::new(9.0, 2.0, 0.0), 1.0, 1.0);
         assert_eq!(halves.mean(1), [7.0, 2.0, 0.0]);
         assert_eq!(halves.variance(), [9.0, 0.0, 0.0]);
-        assert_eq!([0, 1].map(|half| halves.alpha(half)), [0.25, 0.75]);
+        assert_eq!([0, 1].map(|half| halves.resolve(half)[3]), [0.25, 0.75]);
         // All of them may become the first half.
         let mut sum = PixelSum::default();
         sum.add(Rgb::gray(3.0), 1.0, 1.0);
         let mut halves = HalfSums::of_first(&sum);
         halves.add(1, Rgb::gray(5.0), 0.0, 1.0);
         assert_eq!((halves.mean(0), halves.mean(1)), ([3.0; 3], [5.0; 3]));
-        assert_eq!([0, 1].map(|half| halves.alpha(half)), [1.0, 0.0]);
+        assert_eq!([0, 1].map(|half| halves.resolve(half)[3]), [1.0, 0.0]);
     }
 
     #[test]

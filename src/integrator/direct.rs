@@ -156,7 +156,8 @@ fn sample_family(
         }
     };
     let transmitted = shading.is_transmitted(wi_local);
-    if !l.is_black() && !shading.misses_far_side(sample.wi, transmitted) {
+    let is_lit = !l.is_black() && context.is_lit(shading.surface.object, choice.light);
+    if is_lit && !shading.misses_far_side(sample.wi, transmitted) {
         let ray = shading.surface.shadow_ray(transmitted, sample.wi, sample.distance);
         out.add_shadow_ray(
             ray,

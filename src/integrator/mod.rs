@@ -17,7 +17,10 @@ use crate::{
     light::environment::EnvironmentLight,
     math::{Ray, RayCone, Rgb, Vec3, WorkingSpace},
     sampler::{PathSampler, SampleUse},
-    scene::{LightSamples, MediumStack, RayKind, Scene, SurfaceInteraction},
+    scene::{
+        LightId, LightOrigin, LightSamples, LightSetId, LitWorld, MediumStack, ObjectId, RayKind, Scene,
+        SurfaceInteraction,
+    },
     value::{Count, Problem, Spanned},
 };
 
@@ -79,6 +82,8 @@ pub struct BounceState {
     /// The number of scattering events of each kind.
     pub bounces: Bounces,
     pub first: FirstLobe,
+    /// The lights that light the last vertex.
+    pub lit_by: LightSetId,
 }
 
 /// The density of a path's direction in sr^-1, or a delta distribution after a camera or a mirror.
@@ -163,6 +168,22 @@ pub struct VertexContext<'a> {
     pub camera: &'a Camera,
     /// The round of shadow rays, from 0: see [`Integrator::shadow_rounds`].
     pub round: u32,
+    /// The objects that the path meets.
+    pub world: LitWorld,
+}
+
+impl VertexContext<'_> {
+    /// Whether a sampled light lights an object.
+    #[inline(always)]
+    pub fn is_lit(&self, object: ObjectId, light: LightId) -> bool {
+        self.scene.is_lit(object, light, self.world)
+    }
+
+    /// Whether light of this origin, which the path has found, lights the path's last vertex.
+    #[inline(always)]
+    pub fn arrives(&self, origin: LightOrigin) -> bool {
+        self.scene.is_in(self.path.last.lit_by, origin)
+    }
 }
 
 /// The contract of every integrator.

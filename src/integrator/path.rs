@@ -49,7 +49,7 @@ use crate::{
     light::environment::EnvironmentLight,
     material::{Emission, EmissionReach},
     sampler::{Dimension, SampleUse},
-    scene::{LightFamily, LightSampleContext, RayKind, Scene, SurfaceInteraction},
+    scene::{LightFamily, LightOrigin, LightSampleContext, RayKind, Scene, SurfaceInteraction},
     value::{Count, Positive, Problem, Spanned},
 };
 
@@ -188,13 +188,13 @@ impl PathTracer {
             return;
         }
         if let Some(known) = known.reflecting {
-            return self.reflect(context, known.lights(surface), known.path(surface), out);
+            return self.reflect(context, surface, (known.lights(surface), known.path(surface)), out);
         }
         if let Some(diffuse) = known.diffuse
             && let Some(albedo) = material.bsdf(&scene.textures(), &surface.texture).lambert_albedo()
         {
             let path = diffuse.path(albedo, surface.viewed_normal());
-            return self.reflect(context, diffuse.lights(albedo), path, out);
+            return self.reflect(context, surface, (diffuse.lights(albedo), path), out);
         }
         // The number that selects the lobe also selects the channel.
         let choice = || {
@@ -219,13 +219,16 @@ impl PathTracer {
     fn reflect(
         &self,
         context: &VertexContext<'_>,
-        lights: impl Iterator<Item = ReflectedLight>,
-        going_on: Option<ReflectedPath>,
+        surface: &SurfaceInteraction,
+        (lights, going_on): (impl Iterator<Item = ReflectedLight>, Option<ReflectedPath>),
         out: &mut ShadingOutput,
     ) {
         let (scene, path) = (context.scene, context.path);
         // Not a loop over `next`, which would store each light in memory.
         lights.for_each(|light| {
+            if !context.is_lit(surface.object, light.chosen.light) {
+                return;
+            }
             out.add_shadow_ray(
                 light.shadow_ray,
                 self.limits.clamped(path, 1, light.l),
@@ -247,6 +250,7 @@ impl PathTracer {
             media: path.last.media,
             bounces,
             first: FirstLobe::OfSample,
+            lit_by: scene.lit_by(surface.object),
         };
         out.spawn_path(going_on.ray, weight, last);
     }
@@ -261,7 +265,7 @@ impl PathTracer {
             out.attenuate(scene.transmittance(path.last.media, f32::INFINITY));
         }
         let l = background.radiance;
-        if !l.is_black() {
+        if !l.is_black() && context.arrives(LightOrigin::Background) {
             let weight = self.strategy.weight_of_bsdf(path.last.pdf, || background.pdf);
             out.add_radiance(self.limits.clamped(path, 0, l * weight), || {
                 scene.shading.light_groups.of_background()
@@ -270,6 +274,9 @@ impl PathTracer {
         if path.depth > 1 {
             // The camera does not see suns.
             for (sun, l, pdf) in scene.suns(&receiver(context), w) {
+                if !context.arrives(LightOrigin::Light(sun)) {
+                    continue;
+                }
                 let weight = self.strategy.weight_of_bsdf(path.last.pdf, || pdf);
                 out.add_radiance(self.limits.clamped(path, 0, l * weight), || scene.group_of(sun));
             }
@@ -282,6 +289,9 @@ impl PathTracer {
     fn lamps(&self, context: &VertexContext<'_>, end: f32, out: &mut ShadingOutput) {
         let (scene, path, ray) = (context.scene, context.path, context.ray);
         for hit in scene.lamps_along(ray, end, path.depth == 1) {
+            if !context.arrives(LightOrigin::Light(hit.light)) {
+                continue;
+            }
             let density = || hit.pdf * scene.lights.pmf(&receiver(context), hit.light);
             let weight = self.strategy.weight_of_bsdf(path.last.pdf, density);
             let mut l = hit.radiance * weight;
@@ -302,7 +312,8 @@ impl PathTracer {
         out: &mut ShadingOutput,
     ) {
         let (scene, path) = (context.scene, context.path);
-        if emission.reach == EmissionReach::Nothing && path.last.pdf.get().is_some() {
+        let is_alone = emission.reach == EmissionReach::Nothing && path.last.pdf.get().is_some();
+        if is_alone || !context.arrives(LightOrigin::Object(surface.object)) {
             return;
         }
         let front_cos = surface.ng.dot(surface.wo);

@@ -151,6 +151,7 @@ fn go_on(
         media,
         bounces,
         first: FirstLobe::OfSample,
+        lit_by: context.scene.lit_by(surface.object),
     };
     out.spawn_path(surface.spawn_ray(transmitted, wi), weight, last);
 }

@@ -7,7 +7,7 @@ use crate::{
     light::environment::EnvironmentLight,
     math::Ray,
     sampler::{PathSampler, SampleBatch, SampleKeys, Sampler},
-    scene::{FamilyBlock, LightFamily, LightSamples, Scene, SurfaceInteraction, surface_soa::SoaBlock},
+    scene::{FamilyBlock, LightFamily, LightSamples, LitWorld, Scene, SurfaceInteraction, surface_soa::SoaBlock},
 };
 
 /// Vertices that are shaded together: all of them on surfaces, or all of them misses.
@@ -34,6 +34,8 @@ pub struct VertexBatch<'a> {
     pub samples: &'a SampleBatch,
     /// The round of shadow rays, from 0.
     pub round: u32,
+    /// The number of samples of the wave. Paths of higher numbers meet catchers alone.
+    pub sample_count: u32,
 }
 
 impl<'a> VertexBatch<'a> {
@@ -73,6 +75,11 @@ impl<'a> VertexBatch<'a> {
             lights: self.lights,
             camera: self.camera,
             round: self.round,
+            world: if self.paths[i].sample < self.sample_count {
+                LitWorld::Whole
+            } else {
+                LitWorld::Catchers
+            },
         }
     }
 

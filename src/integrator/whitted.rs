@@ -29,7 +29,10 @@ use crate::{
     material::{FresnelMode, WhittedTerms},
     math::{Rgb, Vec2, Vec3, WorkingSpace, exponential},
     sampler::{Dimension, SampleUse},
-    scene::{LightGroup, LightId, LightSampleContext, RayKind, SurfaceInteraction, interaction::reflecting_normal},
+    scene::{
+        LightGroup, LightId, LightOrigin, LightSampleContext, RayKind, SurfaceInteraction,
+        interaction::reflecting_normal,
+    },
     value::{Count, Problem, RgbFactor, Spanned},
 };
 
@@ -68,10 +71,13 @@ impl Integrator for Whitted {
             Vertex::Miss(_) => f32::INFINITY,
         };
         for hit in scene.lamps_along(context.ray, end, context.path.depth == 1) {
-            out.add_radiance(hit.radiance, || scene.group_of(hit.light));
+            if context.arrives(LightOrigin::Light(hit.light)) {
+                out.add_radiance(hit.radiance, || scene.group_of(hit.light));
+            }
         }
         let surface = match context.vertex {
             Vertex::Surface(surface, _) => surface,
+            Vertex::Miss(_) if !context.arrives(LightOrigin::Background) => return,
             Vertex::Miss(light) => {
                 return out.add_radiance(light.radiance, || scene.shading.light_groups.of_background());
             }
@@ -92,7 +98,9 @@ impl Integrator for Whitted {
             group: LightGroup::default(),
             lobes: Lobes::Reflected { diffuse: Rgb::WHITE },
         });
-        if let Some(emission) = scene.material(surface.material).emission() {
+        if let Some(emission) = scene.material(surface.material).emission()
+            && context.arrives(LightOrigin::Object(surface.object))
+        {
             let l = emission.radiance(&scene.textures(), &surface.texture, surface.ng.dot(surface.wo));
             out.add_radiance(l, || scene.shading.light_groups.of_object(surface.object));
         }
@@ -113,7 +121,9 @@ impl Integrator for Whitted {
             } else {
                 Vec2::splat(0.5)
             };
-            if let Some(sample) = light.sample(surface.p, u) {
+            if context.is_lit(surface.object, LightId(id))
+                && let Some(sample) = light.sample(surface.p, u)
+            {
                 point.add_direct(&sample, LightId(id), out);
             }
         }
@@ -154,6 +164,7 @@ impl ShadedPoint<'_, '_> {
         let path = self.context.path;
         let last = BounceState {
             first: if path.depth == 1 { lobe } else { path.last.first },
+            lit_by: self.context.scene.lit_by(self.surface.object),
             bounces: Bounces {
                 ray: if lobe == FirstLobe::Transmitted {
                     RayKind::Transmission
@@ -217,6 +228,9 @@ impl ShadedPoint<'_, '_> {
         let Some(choice) = scene.lights.choose_emitter(scene.geometry.accel.simd(), &receiver, u) else {
             return;
         };
+        if !context.is_lit(self.surface.object, choice.light) {
+            return;
+        }
         let u = context.numbers.get_2d(Dimension::at(depth, SampleUse::Light));
         if let Some(mut sample) = scene.sample_light(choice.light, p, u) {
             sample.li = sample.li / choice.pmf;

@@ -28,6 +28,8 @@ pub(super) struct ArrivedRays<'a> {
     pub rays: &'a [Ray],
     pub paths: &'a [PathState],
     pub hits: &'a [Option<Hit>],
+    /// The number of samples of the wave.
+    pub samples: u32,
     pub round: u32,
 }
 
@@ -60,6 +62,7 @@ impl BatchInputs {
             rays,
             paths,
             hits,
+            samples,
             round,
         } = arrived;
         VertexBatch {
@@ -77,6 +80,7 @@ impl BatchInputs {
             keys: &self.keys,
             samples: &self.samples,
             round,
+            sample_count: samples,
         }
     }
 }

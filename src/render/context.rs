@@ -1,6 +1,6 @@
 //! The data that all waves of a frame share.
 
-use super::{Settings, moments::Moment};
+use super::{Content, Settings, moments::Moment};
 use crate::{
     camera::{Camera, FrameCamera},
     film::{FilmLayout, accumulator::AccumulatorLayout, layout::Needs, passes::PassContext},
@@ -42,6 +42,8 @@ pub(super) struct RenderContext<'a> {
     pub paths_pass: bool,
     /// Whether shadow rays may pass surfaces, or are attenuated by media.
     pub shadow_rays_pass: bool,
+    /// Whether the scene has shadow catchers that the frame shows.
+    pub has_catchers: bool,
     /// The media around the camera.
     pub media: MediumStack,
     /// The SIMD level.
@@ -58,6 +60,8 @@ impl<'a> RenderContext<'a> {
         let (frame_camera, opening) = (camera, camera.camera(0.0));
         let camera = moment.map_or(opening, |moment| frame_camera.camera(moment.fraction() as f32));
         // A sample has its share of the centre pixel; other pixels subtend no larger angle.
+        let has_catchers = scene.has_catchers() && settings.content == Content::Light && !frame.integrator.wants_cost();
+        let passes_objects = scene.hides() || has_catchers;
         let cone = || camera.pixel_cone().shared(settings.samples.max);
         Self {
             scene,
@@ -70,8 +74,9 @@ impl<'a> RenderContext<'a> {
             needs: frame.layout.needs(),
             accumulators: &frame.accumulators,
             frame,
-            paths_pass: !scene.is_opaque() || scene.shading.media.has_priorities() || scene.hides(),
-            shadow_rays_pass: !scene.is_opaque() || scene.shading.media.lets_shadow_rays_through() || scene.hides(),
+            paths_pass: !scene.is_opaque() || scene.shading.media.has_priorities() || passes_objects,
+            shadow_rays_pass: !scene.is_opaque() || scene.shading.media.lets_shadow_rays_through() || passes_objects,
+            has_catchers,
             media: media_of(scene, &camera),
             simd: scene.geometry.accel.simd(),
             fills_film: frame_camera.fills_film(),

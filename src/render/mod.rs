@@ -94,6 +94,10 @@ impl Renderer {
         let scene = scenes.at(SceneTime::OPENING)?;
         let layout = settings.film_layout(picture_of(integrator), scene.shading.light_groups.names());
         let layout = layout.map_err(RenderError::from)?.with_mattes(|| scene.mattes());
+        let mut accumulators = settings.accumulator_layout(&layout);
+        if scene.has_catchers() {
+            accumulators = accumulators.with_catchers();
+        }
         let camera = frame_camera.moved(-scene.origin);
         let can_blur = camera.exposure() > 0.0 && settings.content == Content::Light;
         let moves = can_blur && !scenes.is_still(moment_times(settings));
@@ -103,7 +107,7 @@ impl Renderer {
                 true => frame_scenes::motion(scenes, camera.neighbours(), moves)?,
                 false => None,
             },
-            accumulators: settings.accumulator_layout(&layout),
+            accumulators,
             camera,
             integrator,
             settings,

@@ -25,6 +25,8 @@ pub(super) struct TileBlock {
     samples_per_pixel: Divisor,
     width: Divisor,
     layout: BatchLayout,
+    /// The number of samples.
+    count: u32,
 }
 
 impl SampleBlock<'_> {
@@ -35,6 +37,7 @@ impl SampleBlock<'_> {
             samples_per_pixel: Divisor::new(spec.samples.len() as u32),
             width: Divisor::new(spec.tile.width()),
             layout: BatchLayout::Rows(spec.tile.width() * spec.samples.len() as u32),
+            count: (spec.tile.area() * spec.samples.len()) as u32,
         })
     }
 
@@ -46,14 +49,15 @@ impl SampleBlock<'_> {
         }
     }
 
-    /// The key of the sample with this index in the wave.
+    /// The key of the sample with this index in the wave. Those beyond the samples, of which shadow catchers have two radiances, have the
+    /// keys of the first ones again.
     #[inline]
     pub fn key(&self, settings: &Settings, index: u32) -> SampleKey {
         let block = match self {
             Self::Tile(block) => block,
-            Self::Listed(keys) => return keys.get(index as usize),
+            Self::Listed(keys) => return keys.get(within(index, keys.len() as u32) as usize),
         };
-        let (pixel, sample) = block.pixel_and_sample(index);
+        let (pixel, sample) = block.pixel_and_sample(within(index, block.count));
         SampleKey {
             seed: settings.seed,
             frame: settings.noise_frame,
@@ -75,14 +79,18 @@ impl SampleBlock<'_> {
         let block = match self {
             Self::Tile(block) => block,
             Self::Listed(all) => {
-                let listed = indices.iter().map(|&i| paths[i as usize].sample as usize);
+                let count = all.len() as u32;
+                let listed = indices
+                    .iter()
+                    .map(|&i| within(paths[i as usize].sample, count) as usize);
                 keys.columns.extend(listed.clone().map(|i| all.columns[i]));
                 keys.rows.extend(listed.clone().map(|i| all.rows[i]));
                 keys.samples.extend(listed.map(|i| all.samples[i]));
                 return;
             }
         };
-        keys.samples.extend(indices.iter().map(|&i| paths[i as usize].sample));
+        let own = |&i: &u32| within(paths[i as usize].sample, block.count);
+        keys.samples.extend(indices.iter().map(own));
         keys.columns.resize(indices.len(), 0);
         keys.rows.resize(indices.len(), 0);
         on.dispatch(FillKeys {
@@ -92,6 +100,12 @@ impl SampleBlock<'_> {
             samples: &mut keys.samples,
         });
     }
+}
+
+/// The index of a sample among `count`, which begin again after the last.
+#[inline(always)]
+fn within(index: u32, count: u32) -> u32 {
+    index.min(index.wrapping_sub(count))
 }
 
 impl TileBlock {

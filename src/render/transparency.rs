@@ -11,7 +11,7 @@ use crate::{
     integrator::{PathState, ShadowPassage},
     math::{Ray, Rgb},
     sampler::{Dimension, Independent, SampleKey},
-    scene::{MediumStack, RayKind, Scene},
+    scene::{LitWorld, MediumStack, RayKind, Scene},
 };
 
 /// The buffers of this stage, reused between calls.
@@ -32,6 +32,30 @@ pub(super) struct PassingPaths<'a> {
     pub rays: &'a mut [Ray],
     pub paths: &'a mut [PathState],
     pub hits: &'a mut [Option<Hit>],
+    /// The number of samples of the wave. Paths of higher numbers meet catchers alone.
+    pub samples: u32,
+}
+
+/// Shadow rays that may pass surfaces.
+pub(super) struct PassingShadowRays<'a> {
+    pub rays: &'a mut [Ray],
+    /// The sample of each ray, and its light.
+    pub light: &'a [(u32, Rgb)],
+    pub passages: &'a mut [ShadowPassage],
+    /// The rays that meet a surface.
+    pub blocked: &'a [bool],
+    /// As that of [`PassingPaths`].
+    pub samples: u32,
+}
+
+/// The objects that rays of a sample meet, of a wave with so many samples.
+#[inline(always)]
+fn world(sample: u32, samples: u32) -> LitWorld {
+    if sample < samples {
+        LitWorld::Whole
+    } else {
+        LitWorld::Catchers
+    }
 }
 
 /// The surfaces that a ray has passed.
@@ -58,7 +82,12 @@ pub(super) fn pass(
     key: impl Fn(u32) -> SampleKey,
     passing: &mut Passing,
 ) -> u64 {
-    let PassingPaths { rays, paths, hits } = arrived;
+    let PassingPaths {
+        rays,
+        paths,
+        hits,
+        samples,
+    } = arrived;
     let mut traced = 0;
     let mut passages = HashMap::<u32, Passages>::new();
     passing.asked.clear();
@@ -69,7 +98,7 @@ pub(super) fn pass(
             let at = i as usize;
             let Some(hit) = &hits[at] else { continue };
             let (ray, path) = (&mut rays[at], &mut paths[at]);
-            if scene.is_hidden(hit, path.last.bounces.ray) {
+            if scene.is_hidden(hit, path.last.bounces.ray, world(path.sample, samples)) {
                 passages.entry(i).or_insert_with(|| Passages::from(ray.tmin));
                 ray.tmin = hit.t;
                 passing.which.push(i);
@@ -122,16 +151,20 @@ fn behind(scene: &Scene, media: MediumStack, ray: &Ray, hit: &Hit) -> MediumStac
     scene.media_behind(media, material, inwards)
 }
 
-/// Computes the transmittance along shadow rays, 0 for blocked ones. Only the rays in `blocked` are traced; the others hit
-/// nothing. Returns the number of traced rays.
+/// Computes the transmittance along shadow rays, 0 for blocked ones. Only those that meet a surface are traced. Returns the number of traced rays.
 pub(super) fn transmittance(
     scene: &Scene,
-    rays: &mut [Ray],
-    passages: &mut [ShadowPassage],
-    blocked: &[bool],
+    shadow: PassingShadowRays<'_>,
     arrives: &mut Vec<Rgb>,
     passing: &mut Passing,
 ) -> u64 {
+    let PassingShadowRays {
+        rays,
+        light,
+        passages,
+        blocked,
+        samples,
+    } = shadow;
     let mut traced = 0;
     arrives.clear();
     arrives.resize(rays.len(), Rgb::WHITE);
@@ -154,7 +187,9 @@ pub(super) fn transmittance(
                 return false;
             };
             let (ray, passage) = (&mut rays[at], &mut passages[at]);
-            arrives[at] *= through(scene, ray, hit, passage, &mut starts[at]);
+            if !scene.is_hidden(hit, RayKind::Shadow, world(light[at].0, samples)) {
+                arrives[at] *= through(scene, ray, hit, passage, &mut starts[at]);
+            }
             ray.tmin = hit.t;
             !arrives[at].is_black()
         });
@@ -169,9 +204,6 @@ pub(super) fn transmittance(
 
 /// The transmittance of a shadow ray from `start`, the start of its segment, through the surface at a hit.
 fn through(scene: &Scene, ray: &Ray, hit: &Hit, passage: &mut ShadowPassage, start: &mut f32) -> Rgb {
-    if scene.is_hidden(hit, RayKind::Shadow) {
-        return Rgb::WHITE;
-    }
     let material = scene.material_of(hit);
     let passed = if scene.is_displaced(passage.media, material) {
         Rgb::WHITE

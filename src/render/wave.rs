@@ -3,6 +3,7 @@
 //! The order in which a sample's contributions are added depends on its own paths alone: paths stay sorted by sample, and a
 //! wave that grows too large is split between samples, never within one.
 
+mod roles;
 mod shadow_rays;
 mod sweep;
 
@@ -24,7 +25,7 @@ use crate::{
     light::environment::EnvironmentLight,
     math::{Ray, Rgb},
     sampler::{Dimension, PathSampler, SampleKeys, SampleUse},
-    scene::{FirstHit, Scene},
+    scene::FirstHit,
 };
 
 /// The most paths that are continued together, where vertices spawn several rays.
@@ -57,6 +58,8 @@ pub(super) struct Wave {
     /// The filter weight and the alpha of each sample.
     weights: Vec<f32>,
     alpha: Vec<f32>,
+    /// Whether each sample meets a shadow catcher; empty if the scene has none.
+    is_caught: Vec<bool>,
     /// The squared distance from the pixel's centre and the first hit of each sample; empty if no pass needs them.
     distances_squared: Vec<f32>,
     first_hits: Vec<Option<FirstHit>>,
@@ -102,6 +105,9 @@ impl Wave {
             stats.segments += self.rays.len() as u64;
             let traced = self.step(context, block, control);
             std::mem::swap(&mut self.paths, &mut self.camera_paths);
+            if context.has_catchers {
+                self.camera_paths.truncate(self.weights.len());
+            }
             stats.rays += traced?;
             self.compact();
         }
@@ -126,6 +132,7 @@ impl Wave {
         let layers = self.out.layers.as_ref().filter(|_| context.needs.light_layers);
         SampleRecord {
             l: self.out.radiance[sample],
+            without: self.without(sample),
             alpha: self.alpha[sample],
             weight: self.weights[sample],
             index,
@@ -211,8 +218,12 @@ impl Wave {
             self.camera_paths.extend(more.map(|sample| context.path(sample)));
         }
         self.start_passes(context);
+        let worlds = if context.has_catchers { 2 } else { 1 };
+        self.is_caught.clear();
+        self.is_caught.resize(self.weights.len() * (worlds - 1), false);
+        let samples = self.weights.len() * worlds;
         self.out
-            .start(self.weights.len(), context.cone.is_some(), context.shadow_rays_pass);
+            .start(samples, context.cone.is_some(), context.shadow_rays_pass);
     }
 
     /// Allocates the arrays that the frame's passes need.
@@ -258,12 +269,16 @@ impl Wave {
                 rays: &mut self.rays,
                 paths: &mut self.paths,
                 hits: &mut self.hits,
+                samples: self.weights.len() as u32,
             };
             traced += pass(scene, arrived, key, &mut self.passing);
         }
         self.partition_hits();
         if self.paths.first().is_some_and(|path| path.depth == 1) && scene.has_holdouts() {
             self.remove_holdouts(scene);
+        }
+        if context.has_catchers && self.paths.first().is_some_and(|path| path.depth == 1) {
+            self.split_catchers(scene);
         }
         self.out.clock.lap(Stage::Nearest);
         for round in 0..context.integrator.shadow_rounds() {
@@ -301,22 +316,6 @@ impl Wave {
         self.miss_indices.truncate(miss_count);
     }
 
-    /// Ends the camera rays that meet a holdout: their samples are black and transparent.
-    fn remove_holdouts(&mut self, scene: &Scene) {
-        let mut kept = 0;
-        for k in 0..self.hit_indices.len() {
-            let i = self.hit_indices[k];
-            let is_holdout = self.hits[i as usize].is_some_and(|hit| scene.is_holdout(&hit));
-            if is_holdout {
-                self.alpha[self.paths[i as usize].sample as usize] = 0.0;
-            }
-            (self.hit_indices[kept], self.prims[kept]) = (i, self.prims[k]);
-            kept += usize::from(!is_holdout);
-        }
-        self.hit_indices.truncate(kept);
-        self.prims.truncate(kept);
-    }
-
     /// Shades all vertices on surfaces.
     ///
     /// Works in small batches: first the surfaces of all vertices, then their random numbers, then their shading, so that the
@@ -335,6 +334,7 @@ impl Wave {
             inputs,
             out,
             first_hits,
+            weights,
             ..
         } = self;
         let hit = |k: usize| {
@@ -362,7 +362,9 @@ impl Wave {
                 for (surface, k) in inputs.surfaces.interactions.iter().zip(numbers) {
                     let ((ray, hit), path) = (hit(k), &paths[hit_indices[k] as usize]);
                     let first = FirstHit::new(surface, hit, surface.t * ray.d.length());
-                    first_hits[path.sample as usize] = Some(first);
+                    if let Some(own) = first_hits.get_mut(path.sample as usize) {
+                        *own = Some(first);
+                    }
                 }
             }
             if context.settings.content == Content::FirstHits {
@@ -385,7 +387,7 @@ impl Wave {
                         index,
                     };
                     let albedo = context.sample_albedo(surface, path, &numbers);
-                    if let Some(first) = &mut first_hits[path.sample as usize] {
+                    if let Some(Some(first)) = first_hits.get_mut(path.sample as usize) {
                         first.albedo = albedo;
                     }
                 }
@@ -397,6 +399,7 @@ impl Wave {
                 rays,
                 paths,
                 hits,
+                samples: weights.len() as u32,
                 round,
             };
             let batch = inputs.batch(context, arrived, indices);
@@ -425,6 +428,7 @@ impl Wave {
             miss_indices,
             inputs,
             out,
+            weights,
             ..
         } = self;
         inputs.surfaces.interactions.clear();
@@ -442,6 +446,7 @@ impl Wave {
                 rays,
                 paths,
                 hits,
+                samples: weights.len() as u32,
                 round: 0,
             };
             let batch = inputs.batch(context, arrived, indices);

@@ -5,9 +5,9 @@ mod colors;
 use std::sync::Arc;
 
 use super::{
-    Background, InstanceRecord, LightGroups, MeshRecord, NodeId, NodeName, Object, ObjectFromGroup, ObjectId,
-    RayVisibility, Scene, SceneBuildError, SceneGeometry, SceneShading, contacts::Contacts,
-    mesh_transform::MeshTransform,
+    Background, InstanceRecord, LightGroups, LightId, LightLinks, LightSet, LightSetId, MeshRecord, NodeId, NodeName,
+    Object, ObjectFromGroup, ObjectId, ObjectRole, RayVisibility, Scene, SceneBuildError, SceneGeometry, SceneShading,
+    contacts::Contacts, mesh_transform::MeshTransform,
 };
 use crate::{
     accel::{self, BuildOptions},
@@ -62,6 +62,7 @@ pub struct SceneBuilder {
     bitmaps: Vec<Bitmap>,
     lights: Vec<Light>,
     light_groups: LightGroups,
+    light_links: LightLinks,
     background: Background,
 }
 
@@ -86,6 +87,7 @@ impl SceneBuilder {
             bitmaps: Vec::new(),
             lights: Vec::new(),
             light_groups: LightGroups::default(),
+            light_links: LightLinks::default(),
             background,
         }
     }
@@ -231,15 +233,29 @@ impl SceneBuilder {
             asset: asset.map(str::to_owned),
             material,
             rays: RayVisibility::default(),
-            holdout: false,
+            role: ObjectRole::default(),
+            lit_by: LightSetId::default(),
         });
         ObjectId(self.objects.len() as u32 - 1)
     }
 
-    /// Sets the rays that meet an object, and whether it is a holdout.
-    pub fn set_object_visibility(&mut self, object: ObjectId, rays: RayVisibility, holdout: bool) {
+    /// Sets the rays that meet an object, and its part in the picture.
+    pub fn set_object_visibility(&mut self, object: ObjectId, rays: RayVisibility, role: ObjectRole) {
         let object = &mut self.objects[object.0 as usize];
-        (object.rays, object.holdout) = (rays, holdout);
+        (object.rays, object.role) = (rays, role);
+    }
+
+    /// Sets the lights that light an object. All lights do beyond the 65,535th set of lights.
+    pub fn set_object_lights(&mut self, object: ObjectId, lights: LightSet) {
+        self.objects[object.0 as usize].lit_by = self.light_links.add(lights).unwrap_or_default();
+    }
+
+    /// Makes the last light part of an object, so that it lights what the object lights. Called after
+    /// [`SceneBuilder::set_object_lights`].
+    pub(crate) fn own_last_light(&mut self, owner: ObjectId) {
+        if let Some(last) = self.lights.len().checked_sub(1) {
+            self.light_links.set_owner(LightId(last as u32), owner);
+        }
     }
 
     /// Names a part of an object that is not visible, and which keeps its matte and its number.
@@ -466,7 +482,7 @@ impl SceneBuilder {
         let shading = SceneShading::new(
             (self.material_names, self.materials),
             (self.textures, self.bitmaps),
-            (self.lights, self.light_groups),
+            (self.lights, self.light_groups, self.light_links),
             self.background,
         );
         Ok(Scene::new(self.origin, Arc::new(geometry), Arc::new(shading)))

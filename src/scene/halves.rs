@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::{
-    Background, InstanceRecord, LightGroups, LightId, Media, MeshRecord, NodeId, NodeName, Object, ObjectId,
-    contacts::Contacts, material_bsdfs::MaterialBsdfs,
+    Background, InstanceRecord, LightGroups, LightId, LightLinks, Media, MeshRecord, NodeId, NodeName, Object,
+    ObjectId, contacts::Contacts, material_bsdfs::MaterialBsdfs,
 };
 use crate::{
     accel::Accelerator,
@@ -71,6 +71,7 @@ pub struct SceneShading {
     /// The analytic lights, in the order of the scene file.
     pub lights: Arc<[Light]>,
     pub light_groups: LightGroups,
+    pub light_links: LightLinks,
     pub background: Background,
     /// See [`MaterialKind::is_spatially_varying`](crate::material::MaterialKind), for each material.
     is_spatially_varying: Vec<bool>,
@@ -97,11 +98,12 @@ impl ShadingUpdate {
 }
 
 impl SceneShading {
-    /// Makes the shading of these materials, each with its name, and of these analytic lights with the groups of all lights.
+    /// Makes the shading of these materials, each with its name, and of these analytic lights with the groups of all lights and the sets that light
+    /// objects.
     pub fn new(
         (material_names, materials): (Vec<String>, Vec<Material>),
         (textures, bitmaps): (Vec<Texture>, Vec<Bitmap>),
-        (lights, light_groups): (Vec<Light>, LightGroups),
+        (lights, light_groups, light_links): (Vec<Light>, LightGroups, LightLinks),
         background: Background,
     ) -> Self {
         let mut shading = Self {
@@ -115,6 +117,7 @@ impl SceneShading {
             bitmaps,
             lights: lights.into(),
             light_groups,
+            light_links,
             background,
         };
         shading.derive();

@@ -32,8 +32,10 @@ pub mod interaction;
 pub mod lamps;
 pub mod light_component;
 pub mod light_groups;
+pub mod light_links;
 mod light_samples;
 pub mod lights;
+mod lit;
 mod material_bsdfs;
 pub mod mattes;
 pub mod media;
@@ -54,11 +56,13 @@ pub use emitters::{EmitterId, EmitterPrim, Emitters};
 pub use error::SceneBuildError;
 pub use first_hit::FirstHit;
 pub use halves::{SceneGeometry, SceneShading, ShadingUpdate};
+pub use hidden::ObjectRole;
 pub use instance::{InstanceRecord, ObjectFromGroup};
 pub use interaction::SurfaceInteraction;
 pub use lamps::{LampHit, Lamps};
 pub use light_component::Component;
 pub use light_groups::{LightGroup, LightGroups};
+pub use light_links::{LightLinks, LightOrigin, LightSet, LightSetId, LitWorld};
 pub use light_samples::{FamilyBlock, LightNumbers, LightSamples};
 pub use lights::{LightChoice, LightFamily, LightSampleContext, LightSource, Lights, SampledLight};
 pub use mattes::{Matte, MatteKind, MatteTable, Mattes, Part};
@@ -88,8 +92,9 @@ pub struct Object {
     pub material: MaterialId,
     /// The rays that meet it.
     pub rays: RayVisibility,
-    /// Whether it cuts a hole into the picture: where the camera sees it, the picture is black and transparent.
-    pub holdout: bool,
+    pub role: ObjectRole,
+    /// The lights that light it.
+    pub lit_by: LightSetId,
 }
 
 /// A range of triangles with the normals and texture coordinates of their vertices.
@@ -137,6 +142,8 @@ pub struct Scene {
     pub lights: Lights,
     hides: bool,
     samples_lights_only: bool,
+    /// Whether some lights do not light all objects.
+    has_links: bool,
     /// See [`Scene::mattes`].
     mattes: OnceLock<Mattes>,
 }
@@ -152,6 +159,10 @@ impl Scene {
             lights,
             hides,
             samples_lights_only,
+            has_links: geometry
+                .objects
+                .iter()
+                .any(|object| object.lit_by != LightSetId::default()),
             geometry,
             shading,
             mattes: OnceLock::new(),
@@ -214,16 +225,10 @@ impl Scene {
     /// The group of `light`. Called rarely.
     #[cold]
     pub fn group_of(&self, light: LightId) -> LightGroup {
-        match self.lights.source(light) {
-            LightSource::Analytic(_) => self.shading.light_groups.of_analytic(light),
-            LightSource::Background => self.shading.light_groups.of_background(),
-            LightSource::Emitter(emitter) => {
-                let object = match self.lights.emitters().prim(emitter, &self.geometry.meshes) {
-                    EmitterPrim::Shape(shape) => self.geometry.shape_objects[shape as usize],
-                    EmitterPrim::Triangle(_, mesh) => mesh.object,
-                };
-                self.shading.light_groups.of_object(object)
-            }
+        match self.origin_of(light) {
+            LightOrigin::Light(light) => self.shading.light_groups.of_analytic(light),
+            LightOrigin::Background => self.shading.light_groups.of_background(),
+            LightOrigin::Object(object) => self.shading.light_groups.of_object(object),
         }
     }
 

@@ -2,8 +2,10 @@
 
 mod accelerators;
 mod architecture;
+mod light_links;
 mod lights;
 mod measures;
 mod motion_blur;
 mod overrides;
 mod ray_visibility;
+mod shadow_catcher;

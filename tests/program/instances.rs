@@ -19,7 +19,7 @@ use batch_render::{
     },
     render::{self, Settings},
     scene::{
-        Background, GroupId, MeshId, MeshPose, ObjectId, Scene, SceneBuilder, SceneShading, SceneUpdate,
+        Background, GroupId, LightLinks, MeshId, MeshPose, ObjectId, Scene, SceneBuilder, SceneShading, SceneUpdate,
         SceneUpdateError, SurfaceInteraction,
     },
     shape::{Shape, mesh::Mesh, sphere::Sphere},
@@ -411,7 +411,7 @@ fn another_shading_builds_no_tree() {
     let bare = SceneShading::new(
         (vec![], vec![]),
         (vec![], vec![]),
-        (vec![], groups),
+        (vec![], groups, LightLinks::default()),
         scene.shading.background.clone(),
     );
     assert!(matches!(

@@ -9,6 +9,7 @@ mod assignment;
 mod batches;
 mod bits;
 mod bump;
+mod catchers;
 mod cells;
 mod chunks;
 mod cli;

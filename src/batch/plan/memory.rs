@@ -34,9 +34,13 @@ pub(in crate::batch) fn take(
     let frame = (settings.window.area() as u64).saturating_mul(layout.bytes_per_pixel());
     // They are kept as well if a frame has several rounds.
     let copies = u64::from(kept.moves || settings.samples.time.is_some()) + 2 * u64::from(kept.checkpoint);
+    let mut accumulators = settings.accumulator_layout(&layout);
+    if desc.has_catchers() {
+        accumulators = accumulators.with_catchers();
+    }
     let sums = settings
         .rendered_pixels()
-        .saturating_mul(settings.accumulator_layout(&layout).bytes_per_pixel());
+        .saturating_mul(accumulators.bytes_per_pixel());
     let bytes = frame
         .saturating_mul(FRAMES_IN_MEMORY)
         .saturating_add(sums.saturating_mul(copies));

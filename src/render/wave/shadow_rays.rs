@@ -5,7 +5,10 @@ use crate::{
     accel::{self, BatchLayout},
     integrator::ShadingOutput,
     math::Rgb,
-    render::{context::RenderContext, transparency::transmittance},
+    render::{
+        context::RenderContext,
+        transparency::{PassingShadowRays, transmittance},
+    },
 };
 
 impl Wave {
@@ -34,14 +37,14 @@ impl Wave {
             return traced;
         }
         let visible = &mut self.visible;
-        let more = transmittance(
-            context.scene,
-            shadow_rays,
-            shadow_passages,
-            &self.blocked,
-            visible,
-            &mut self.passing,
-        );
+        let shadow = PassingShadowRays {
+            rays: shadow_rays,
+            light: shadow_light,
+            passages: shadow_passages,
+            blocked: &self.blocked,
+            samples: self.weights.len() as u32,
+        };
+        let more = transmittance(context.scene, shadow, visible, &mut self.passing);
         for (&(sample, l), &visible) in shadow_light.iter().zip(&*visible).filter(|(_, v)| !v.is_black()) {
             radiance[sample as usize] += l * visible;
         }

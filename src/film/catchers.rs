@@ -1,0 +1,157 @@
+//! Shadow catchers: surfaces of which a picture shows only how other objects change their light.
+//!
+//! A sample whose camera ray meets a catcher has two radiances: `l`, the light that leaves the catcher in the whole scene, and
+//! `without`, that of a scene of catchers and lights alone. With the means of a pixel, `L` of its beauty, in which a catcher is an
+//! ordinary surface, `W` and `O` of the two radiances, and `c`, the share of the pixel that catchers cover, the pixel is
+//!
+//! ```text
+//! m = min(1, W / O)      the least of the channels
+//! A = alpha - c m        RGB = L - m O
+//! ```
+//!
+//! Over a plate `P` this is `P c W / O` where the ratio is gray, and `W` for any ratio where the plate is the catcher itself,
+//! `P c = O`. Both radiances are of the same random numbers: where no object changes the light of a catcher, they have the same
+//! bits, and its alpha and its light are exactly 0.
+
+use super::{
+    pixel_sum::{HalfSums, PixelSum},
+    state,
+};
+use crate::math::Rgb;
+
+/// The sums of the catchers in the pixels of a tile.
+#[derive(Clone, Debug, Default)]
+pub(super) struct TileCatchers {
+    /// The sums of `l` and of `without` of each pixel; empty if the scene has no catchers.
+    sums: Vec<[PixelSum; 2]>,
+    /// The same by halves of the samples; empty if no pass shows halves.
+    halves: Vec<[HalfSums; 2]>,
+}
+
+impl TileCatchers {
+    /// Those of this many pixels, and of this many by halves.
+    pub fn new(pixels: usize, by_halves: usize) -> Self {
+        Self {
+            sums: vec![Default::default(); pixels],
+            halves: vec![Default::default(); by_halves],
+        }
+    }
+
+    /// The bytes of a pixel, and those by halves.
+    pub const BYTES: [usize; 2] = [size_of::<[PixelSum; 2]>(), size_of::<[HalfSums; 2]>()];
+
+    /// Adds a sample of this half: its radiance, that without other objects if it meets a catcher, and its filter weight.
+    pub fn add(&mut self, pixel: usize, half: usize, (l, without): (Rgb, Option<Rgb>), weight: f32) {
+        let Some(sums) = self.sums.get_mut(pixel) else { return };
+        let (lights, alpha) = match without {
+            Some(without) => ([l, without], 1.0),
+            None => ([Rgb::BLACK; 2], 0.0),
+        };
+        for (sum, l) in sums.iter_mut().zip(lights) {
+            sum.add(l, alpha, weight);
+        }
+        for (sums, l) in self.halves.get_mut(pixel).into_iter().flatten().zip(lights) {
+            sums.add(half, l, alpha, weight);
+        }
+    }
+
+    /// Makes all samples so far the first half.
+    pub fn start_second_half(&mut self) {
+        for (halves, sums) in self.halves.iter_mut().zip(&self.sums) {
+            *halves = sums.each_ref().map(HalfSums::of_first);
+        }
+    }
+
+    /// The pixel, whose beauty with ordinary surfaces in place of catchers is `beauty`.
+    pub fn pixel(&self, pixel: usize, beauty: [f32; 4]) -> [f32; 4] {
+        let sums = self.sums.get(pixel);
+        sums.map_or(beauty, |sums| uncover(beauty, sums.each_ref().map(PixelSum::resolve)))
+    }
+
+    /// The same of a half of the samples.
+    pub fn half(&self, pixel: usize, half: usize, beauty: [f32; 4]) -> [f32; 4] {
+        let halves = self.halves.get(pixel);
+        halves.map_or(beauty, |both| {
+            uncover(beauty, both.each_ref().map(|sums| sums.resolve(half)))
+        })
+    }
+
+    /// Appends the sums as bytes.
+    pub fn write_state(&self, out: &mut Vec<u8>) {
+        state::put(out, self.sums.as_flattened());
+        state::put(out, self.halves.as_flattened());
+    }
+
+    /// Reads the sums from the start of `input`, and advances it; `None` if it is too short.
+    pub fn read_state(&mut self, input: &mut &[u8]) -> Option<()> {
+        state::take(input, self.sums.as_flattened_mut())?;
+        state::take(input, self.halves.as_flattened_mut())
+    }
+}
+
+/// The pixel with this `beauty` and these means of both radiances of its catchers.
+fn uncover(beauty: [f32; 4], [with, without]: [[f32; 4]; 2]) -> [f32; 4] {
+    let [.., covered] = without;
+    let ratios = (0..3).filter(|&c| without[c] > 0.0).map(|c| with[c] / without[c]);
+    let kept = ratios.fold(1.0, f32::min).max(0.0);
+    let mut pixel: [f32; 4] = std::array::from_fn(|c| beauty[c] - kept * without[c]);
+    pixel[3] = (beauty[3] - kept * covered).clamp(0.0, 1.0);
+    pixel
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// The pixel of these samples, each with its radiance and that without other objects, over a plate.
+    fn over(plate: [f32; 3], samples: &[(Rgb, Option<Rgb>)]) -> [f32; 3] {
+        let (mut beauty, mut catchers) = (PixelSum::default(), TileCatchers::new(1, 0));
+        for &(l, without) in samples {
+            beauty.add(l, 1.0, 1.0);
+            catchers.add(0, 0, (l, without), 1.0);
+        }
+        let [r, g, b, a] = catchers.pixel(0, beauty.resolve());
+        std::array::from_fn(|c| [r, g, b][c] + (1.0 - a) * plate[c])
+    }
+
+    fn assert_near(a: [f32; 3], b: [f32; 3]) {
+        assert!(a.iter().zip(b).all(|(a, b)| (a - b).abs() < 1e-6), "{a:?} {b:?}");
+    }
+
+    #[test]
+    fn a_gray_shadow_scales_every_plate() {
+        let shaded = (Rgb::gray(0.3), Some(Rgb::gray(0.6)));
+        assert_near(over([0.2, 0.4, 0.8], &[shaded]), [0.1, 0.2, 0.4]);
+        // A quarter of the pixel is an object.
+        let object = (Rgb::new(1.0, 0.0, 0.0), None);
+        let pixel = over([0.2, 0.4, 0.8], &[shaded, object, shaded, shaded]);
+        assert_near(pixel, [0.075 + 0.25, 0.15, 0.3]);
+    }
+
+    #[test]
+    fn light_of_any_colour_is_right_over_the_catcher_itself() {
+        for with in [Rgb::new(0.3, 0.1, 0.7), Rgb::new(0.9, 1.0, 1.1), Rgb::BLACK] {
+            let plate = Rgb::new(0.5, 0.4, 0.6);
+            assert_near(over(plate.to_array(), &[(with, Some(plate))]), with.to_array());
+        }
+        // Without any light of its own the catcher is black, and what it reflects is added.
+        assert_near(over([0.5; 3], &[(Rgb::gray(0.2), Some(Rgb::BLACK))]), [0.7; 3]);
+    }
+
+    #[test]
+    fn a_catcher_that_nothing_changes_is_exactly_transparent() {
+        let (mut beauty, mut catchers) = (PixelSum::default(), TileCatchers::new(1, 1));
+        for (i, weight) in [1.0, 1.0, -1.0, 1.0, 1.0].into_iter().enumerate() {
+            let l = Rgb::new(0.1, 0.7, 0.3) * (i as f32 + 0.1);
+            beauty.add(l, 1.0, weight);
+            catchers.add(0, i / 3, (l, Some(l)), weight);
+        }
+        assert_eq!(catchers.pixel(0, beauty.resolve()), [0.0; 4]);
+        let mut bytes = Vec::new();
+        catchers.write_state(&mut bytes);
+        let mut read = TileCatchers::new(1, 1);
+        read.read_state(&mut &bytes[..]).expect("the same layout");
+        assert_eq!(read.pixel(0, beauty.resolve()), [0.0; 4]);
+        assert_eq!(bytes.len(), TileCatchers::BYTES.iter().sum::<usize>());
+    }
+}

@@ -1,0 +1,56 @@
+//! Camera rays that meet holdouts and shadow catchers.
+
+use super::Wave;
+use crate::{
+    integrator::PathState,
+    math::Rgb,
+    scene::{ObjectRole, Scene},
+};
+
+impl Wave {
+    /// Ends the camera rays that meet a holdout: their samples are black and transparent.
+    pub(super) fn remove_holdouts(&mut self, scene: &Scene) {
+        let mut kept = 0;
+        for k in 0..self.hit_indices.len() {
+            let i = self.hit_indices[k];
+            let is_holdout = self.hits[i as usize].is_some_and(|hit| scene.role_at(&hit) == ObjectRole::Holdout);
+            if is_holdout {
+                self.alpha[self.paths[i as usize].sample as usize] = 0.0;
+            }
+            (self.hit_indices[kept], self.prims[kept]) = (i, self.prims[k]);
+            kept += usize::from(!is_holdout);
+        }
+        self.hit_indices.truncate(kept);
+        self.prims.truncate(kept);
+    }
+
+    /// Splits the paths that meet a shadow catcher: a second path of the same random numbers meets catchers alone. Its radiance
+    /// is that of a sample beyond those of the wave, by their number.
+    pub(super) fn split_catchers(&mut self, scene: &Scene) {
+        let samples = self.weights.len() as u32;
+        // Of camera rays there may be more paths.
+        self.paths.truncate(self.rays.len());
+        for k in 0..self.hit_indices.len() {
+            let i = self.hit_indices[k] as usize;
+            let Some(hit) = self.hits[i].filter(|hit| scene.role_at(hit) == ObjectRole::ShadowCatcher) else {
+                continue;
+            };
+            let path = self.paths[i];
+            self.is_caught[path.sample as usize] = true;
+            self.hit_indices.push(self.rays.len() as u32);
+            self.prims.push(hit.prim);
+            self.rays.push(self.rays[i]);
+            self.hits.push(Some(hit));
+            self.paths.push(PathState {
+                sample: samples + path.sample,
+                ..path
+            });
+        }
+    }
+
+    /// The radiance of a sample without other objects than catchers, if it meets a catcher.
+    pub(super) fn without(&self, sample: usize) -> Option<Rgb> {
+        let is_caught = self.is_caught.get(sample).copied().unwrap_or(false);
+        is_caught.then(|| self.out.radiance[self.weights.len() + sample])
+    }
+}
