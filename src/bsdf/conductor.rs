@@ -96,17 +96,25 @@ impl Reflectance {
 pub struct Conductor {
     facets: Ggx,
     reflectance: Reflectance,
-    /// The reflectance at normal incidence, and the albedo of white facets.
+    /// Multiplies the reflectance of measured metals.
+    tint: Rgb,
+    /// The tinted reflectance at normal incidence, and the albedo of white facets.
     normal: Rgb,
     albedo: FacetAlbedo,
 }
 
 impl Conductor {
     pub fn new(facets: Ggx, reflectance: Reflectance) -> Self {
+        Self::tinted(facets, reflectance, Rgb::WHITE)
+    }
+
+    /// One whose reflectance is multiplied by `tint`, which is white for coloured metals.
+    pub fn tinted(facets: Ggx, reflectance: Reflectance, tint: Rgb) -> Self {
         Self {
             facets,
             reflectance,
-            normal: reflectance.normal(),
+            tint,
+            normal: reflectance.normal() * tint,
             albedo: FacetAlbedo::new(&facets),
         }
     }
@@ -120,12 +128,12 @@ pub(super) fn multiscatter_gain(f0: Rgb, all: f32) -> Rgb {
 }
 
 impl BsdfKind for Conductor {
-    /// The gain of multiple scattering.
+    /// The gain of multiple scattering, tinted.
     type Prepared = Rgb;
 
     #[inline]
     fn prepare(&self, wo: Vec3) -> Rgb {
-        multiscatter_gain(self.normal, self.albedo.mirrors(&self.facets, wo))
+        multiscatter_gain(self.normal, self.albedo.mirrors(&self.facets, wo)) * self.tint
     }
 
     fn eval_prepared(&self, gain: &Rgb, wo: Vec3, wi: Vec3) -> BsdfEval {
@@ -147,7 +155,11 @@ impl BsdfKind for Conductor {
             return None;
         }
         let (wi, weight, pdf) = if self.facets.is_smooth() {
-            (Vec3::new(-wo.x, -wo.y, wo.z), self.reflectance.at(wo.z), None)
+            (
+                Vec3::new(-wo.x, -wo.y, wo.z),
+                self.reflectance.at(wo.z) * self.tint,
+                None,
+            )
         } else {
             let wi = self.facets.sample_reflection(wo, u.square)?;
             let facet = self.facets.reflection(wo, wi)?;

@@ -6,7 +6,7 @@ use super::compiler::{Compiler, undefined};
 use crate::{
     assets::model::{Model, ModelTexture, UvSet},
     describe::{MaterialEntry, SceneDesc},
-    material::{Material, MaterialDesc, matte::Matte, principled::Principled},
+    material::{Find, Material, MaterialId, matte::Matte, principled::Principled},
     math::ColorConversion,
     scene::SceneBuilder,
     texture::{BitmapId, Color, Mapping, Pattern, Texture, TextureId, image::ImagePattern},
@@ -15,7 +15,7 @@ use crate::{
 
 impl Compiler<'_> {
     pub(super) fn materials(&mut self) {
-        let names = TextureNames::new(self.desc);
+        let names = MaterialNames::new(self.desc);
         for entry in &self.desc.materials {
             if let Some(material) = self.record(names.material(entry)) {
                 self.scene.named_material(entry.name.get_ref(), material);
@@ -24,49 +24,93 @@ impl Compiler<'_> {
     }
 }
 
-/// The textures of a scene file by name.
-pub(super) struct TextureNames<'a> {
+/// The textures and materials of a scene file by name.
+pub(super) struct MaterialNames<'a> {
     desc: &'a SceneDesc,
-    ids: HashMap<&'a str, u32>,
+    textures: HashMap<&'a str, u32>,
+    materials: HashMap<&'a str, u32>,
 }
 
-impl<'a> TextureNames<'a> {
+impl<'a> MaterialNames<'a> {
     pub fn new(desc: &'a SceneDesc) -> Self {
-        let names = desc.textures.iter().map(|t| t.name.get_ref().as_str());
+        let textures = desc.textures.iter().map(|t| t.name.get_ref().as_str());
+        let materials = desc.materials.iter().map(|m| m.name.get_ref().as_str());
         Self {
             desc,
-            ids: names.zip(0..).collect(),
+            textures: textures.zip(0..).collect(),
+            materials: materials.zip(0..).collect(),
         }
     }
 
     /// Compiles a material of the scene file.
     pub fn material(&self, entry: &MaterialEntry) -> Result<Material, Problem> {
-        let texture = |name: &str, source: &Spanned<ColorSource>| match self.ids.get(name) {
+        self.material_in(entry, &[entry.name.get_ref()])
+    }
+
+    /// Compiles a material that the mixtures `within` are made of, itself the last of them.
+    fn material_in(&self, entry: &MaterialEntry, within: &[&str]) -> Result<Material, Problem> {
+        let find = Find {
+            color: &|source| self.color(source),
+            material: &|name| self.component(name, within),
+        };
+        entry.material.compile(&find).map_err(|problem| {
+            // A problem without a span belongs to the whole material.
+            let span = problem.span.clone().or_else(|| Some(entry.name.span()));
+            Problem { span, ..problem }
+        })
+    }
+
+    fn color(&self, source: &Spanned<ColorSource>) -> Result<Color, Problem> {
+        let texture = |name: &str| match self.textures.get(name) {
             Some(id) => Ok(TextureId(*id)),
             None => {
                 let known = self.desc.textures.iter().map(|t| &t.name);
                 Err(undefined("texture", name, source.span(), known))
             }
         };
-        compile(&entry.material, &texture).map_err(|problem| {
-            // A problem without a span belongs to the whole material.
-            let span = problem.span.clone().or_else(|| Some(entry.name.span()));
-            Problem { span, ..problem }
+        Ok(match source.get_ref() {
+            ColorSource::Constant(color) => Color::Constant(*color),
+            ColorSource::Texture(name) => Color::Texture(texture(name)?),
+            ColorSource::Tinted { texture: name, tint } => Color::Tinted(texture(name)?, *tint),
         })
+    }
+
+    /// The material `name` as a part of the mixtures `within`.
+    fn component(&self, name: &Spanned<String>, within: &[&str]) -> Result<MaterialId, Problem> {
+        let Some(&id) = self.materials.get(name.get_ref().as_str()) else {
+            let known = self.desc.materials.iter().map(|m| &m.name);
+            return Err(undefined("material", name.get_ref(), name.span(), known));
+        };
+        if within.contains(&name.get_ref().as_str()) {
+            return Err(Problem::at(name.span(), "the mixture contains itself"));
+        }
+        let within = [within, &[name.get_ref()]].concat();
+        let unmixable = match self.material_in(&self.desc.materials[id as usize], &within) {
+            Ok(material) => unmixable(&material),
+            // It is told where it is.
+            Err(_) => Some("it has an error of its own"),
+        };
+        match unmixable {
+            None => Ok(MaterialId(id)),
+            Some(reason) => {
+                let message = format!("`{}` cannot be mixed: {reason}", name.get_ref());
+                Err(Problem::at(name.span(), message).with_help("mix opaque materials without light of their own"))
+            }
+        }
     }
 }
 
-/// Finds a texture by its name.
-type FindTexture<'a> = dyn Fn(&str, &Spanned<ColorSource>) -> Result<TextureId, Problem> + 'a;
-
-fn compile(desc: &MaterialDesc, texture: &FindTexture<'_>) -> Result<Material, Problem> {
-    desc.compile(&|source| {
-        Ok(match source.get_ref() {
-            ColorSource::Constant(color) => Color::Constant(*color),
-            ColorSource::Texture(name) => Color::Texture(texture(name, source)?),
-            ColorSource::Tinted { texture: name, tint } => Color::Tinted(texture(name, source)?, *tint),
-        })
-    })
+/// The reason why a material cannot be a part of a mixture.
+fn unmixable(material: &Material) -> Option<&'static str> {
+    if material.emission().is_some() {
+        Some("it emits light")
+    } else if !material.is_opaque() {
+        Some("it has an opacity")
+    } else if material.medium().is_some() || material.may_transmit_straight() {
+        Some("light passes it")
+    } else {
+        None
+    }
 }
 
 /// Adds the materials of a model with their textures; `bitmaps` are those of its textures.

@@ -2,7 +2,7 @@
 
 use super::{
     compiler::{Compiler, undefined},
-    materials::TextureNames,
+    materials::MaterialNames,
     place::ObjectPlace,
     placed::{NO_PARTS, PlacedModel},
 };
@@ -178,7 +178,7 @@ pub fn check_names(desc: &SceneDesc, entity: Entity, store: &Store) -> Result<()
     };
     match entity {
         Entity::Material(at) => {
-            let compiled = TextureNames::new(desc).material(&desc.materials[at]);
+            let compiled = MaterialNames::new(desc).material(&desc.materials[at]);
             compiled.map(drop).map_err(message)
         }
         Entity::Object(at) => {

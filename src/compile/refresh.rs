@@ -5,7 +5,7 @@
 
 use std::collections::BTreeSet;
 
-use super::{Error, background, materials::TextureNames, objects::moved_place};
+use super::{Error, background, materials::MaterialNames, objects::moved_place};
 use crate::{
     assets::{AssetError, Store, image::AlphaUse, model::ImageSource, store::ImageRequest},
     describe::{Diagnostics, SceneDesc},
@@ -62,7 +62,7 @@ impl Refresher {
         let mut keep = |problem: Problem| problems.push(problem);
         let space = desc.render.working_space;
         let (mut shading, mut update) = (ShadingUpdate::default(), SceneUpdate::default());
-        let names = TextureNames::new(desc);
+        let names = MaterialNames::new(desc);
         let mut is_alike = true;
         let mut painted = Vec::new();
         for change in changes {

@@ -15,7 +15,7 @@
 
 use serde::Deserialize;
 
-use super::{Emission, EmissionReach, FindColor, MaterialKind, Sidedness, WhittedTerms};
+use super::{Emission, EmissionReach, Find, MaterialKind, Sidedness, WhittedTerms};
 use crate::{
     bsdf::{Bsdf, diffuse::Lambert},
     math::{Rgb, WorkingSpace},
@@ -34,9 +34,9 @@ pub struct EmitterDesc {
 }
 
 impl EmitterDesc {
-    pub fn compile(&self, find: &FindColor<'_>) -> Result<Emitter, Problem> {
+    pub fn compile(&self, find: &Find<'_>) -> Result<Emitter, Problem> {
         Ok(Emitter {
-            radiance: find(&self.radiance)?,
+            radiance: find.color(&self.radiance)?,
             scale: self.scale.0,
             sidedness: if self.two_sided {
                 Sidedness::Both

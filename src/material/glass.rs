@@ -38,7 +38,7 @@
 
 use serde::Deserialize;
 
-use super::{FindColor, FresnelMode, MaterialKind, Medium, WhittedTerms, medium, unit_scalar};
+use super::{Find, FresnelMode, MaterialKind, Medium, WhittedTerms, medium, unit_scalar};
 use crate::{
     bsdf::{
         Bsdf,
@@ -77,7 +77,7 @@ fn ior() -> Positive {
 }
 
 impl GlassDesc {
-    pub fn compile(&self, find: &FindColor<'_>) -> Result<Glass, Problem> {
+    pub fn compile(&self, find: &Find<'_>) -> Result<Glass, Problem> {
         Ok(Glass {
             ior: self.ior.0,
             reflectance: self.reflectance.0,

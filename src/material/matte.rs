@@ -24,7 +24,7 @@ use std::f32::consts::FRAC_1_PI;
 
 use serde::Deserialize;
 
-use super::{BatchKind, FindColor, MaterialKind, WhittedTerms, unit_scalar};
+use super::{BatchKind, Find, MaterialKind, WhittedTerms, unit_scalar};
 use crate::{
     bsdf::{
         Bsdf,
@@ -43,9 +43,9 @@ pub struct MatteDesc {
 }
 
 impl MatteDesc {
-    pub fn compile(&self, find: &FindColor<'_>) -> Result<Matte, Problem> {
+    pub fn compile(&self, find: &Find<'_>) -> Result<Matte, Problem> {
         Ok(Matte {
-            albedo: find(&self.albedo)?,
+            albedo: find.color(&self.albedo)?,
             roughness: unit_scalar(self.roughness.as_ref(), 0.0, Channel::R, find)?,
         })
     }

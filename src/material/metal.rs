@@ -4,6 +4,7 @@
 //! |---|---|---|---|
 //! | `preset` | `"aluminium"`, `"chromium"`, `"copper"`, `"gold"`, `"iron"`, `"nickel"`, `"platinum"`, `"silver"` or `"titanium"` | | |
 //! | `eta`, `k` | number or `[r, g, b]`: real and imaginary part of the index of refraction | | |
+//! | `tint` | number, `[r, g, b]` or `"texture.NAME"`, with `preset` or `eta` and `k`: multiplies their reflectance | | 1 |
 //! | `color` | number, `[r, g, b]` or `"texture.NAME"`: reflectance at normal incidence | | |
 //! | `edge` | number or `[r, g, b]` of at most 1, with `color`: tint of the reflectance at 82 degrees | | 1 |
 //! | `roughness` | number from 0 to 1 or `"texture.NAME"` (channel g); its square is GGX's alpha | | 0 |
@@ -32,7 +33,7 @@
 
 use serde::Deserialize;
 
-use super::{BatchKind, FindColor, MaterialKind, WhittedTerms, unit_scalar};
+use super::{BatchKind, Find, MaterialKind, WhittedTerms, unit_scalar};
 use crate::{
     bsdf::{
         Bsdf,
@@ -50,6 +51,7 @@ pub struct MetalDesc {
     pub preset: Option<Spanned<Preset>>,
     pub eta: Option<Spanned<RgbFactor>>,
     pub k: Option<Spanned<RgbFactor>>,
+    pub tint: Option<Spanned<ColorSource>>,
     pub color: Option<Spanned<ColorSource>>,
     pub edge: Option<Spanned<RgbFactor>>,
     pub roughness: Option<Spanned<ScalarSource>>,
@@ -90,7 +92,7 @@ impl Preset {
 }
 
 impl MetalDesc {
-    pub fn compile(&self, find: &FindColor<'_>) -> Result<Metal, Problem> {
+    pub fn compile(&self, find: &Find<'_>) -> Result<Metal, Problem> {
         Ok(Metal {
             color: self.color(find)?,
             roughness: unit_scalar(self.roughness.as_ref(), 0.0, Channel::G, find)?,
@@ -98,26 +100,36 @@ impl MetalDesc {
         })
     }
 
-    fn color(&self, find: &FindColor<'_>) -> Result<MetalColor, Problem> {
+    fn color(&self, find: &Find<'_>) -> Result<MetalColor, Problem> {
         const HELP: &str = "give one of `preset`, `eta` with `k`, and `color`";
         if let (None, Some(edge)) = (&self.color, &self.edge) {
             return Err(Problem::at(edge.span(), "an `edge` goes with a `color`"));
         }
+        if let (Some(_), Some(tint)) = (&self.color, &self.tint) {
+            return Err(Problem::at(
+                tint.span(),
+                "a `tint` goes with `preset`, or with `eta` and `k`",
+            ));
+        }
+        let measured = |eta, k| {
+            let tint = self.tint.as_ref().map(|tint| find.color(tint)).transpose()?;
+            Ok(MetalColor::Measured {
+                reflectance: Reflectance::Measured { eta, k },
+                tint: tint.unwrap_or(Color::Constant(Rgb::WHITE)),
+            })
+        };
         match (&self.preset, (&self.eta, &self.k), &self.color) {
             (Some(preset), (None, None), None) => {
                 let [eta, k] = preset.get_ref().index().map(Rgb::from_array);
-                Ok(MetalColor::Measured(Reflectance::Measured { eta, k }))
+                measured(eta, k)
             }
-            (None, (Some(eta), Some(k)), None) => Ok(MetalColor::Measured(Reflectance::Measured {
-                eta: eta.get_ref().0,
-                k: k.get_ref().0,
-            })),
+            (None, (Some(eta), Some(k)), None) => measured(eta.get_ref().0, k.get_ref().0),
             (None, (None, None), Some(color)) => {
                 let edge = self.edge.as_ref().map_or(Rgb::WHITE, |e| e.get_ref().0);
                 if let (true, Some(given)) = (edge.max_component() > 1.0, &self.edge) {
                     return Err(Problem::at(given.span(), "expected numbers of at most 1"));
                 }
-                let color = find(color)?;
+                let color = find.color(color)?;
                 Ok(MetalColor::Colored { color, edge })
             }
             (None, (Some(one), None) | (None, Some(one)), None) => {
@@ -144,7 +156,11 @@ impl MetalDesc {
 /// The reflectance of a metal.
 #[derive(Clone, Copy, Debug)]
 pub enum MetalColor {
-    Measured(Reflectance),
+    Measured {
+        reflectance: Reflectance,
+        /// Multiplies it.
+        tint: Color,
+    },
     Colored {
         color: Color,
         /// See [`Reflectance::colored`].
@@ -162,18 +178,28 @@ pub struct Metal {
 }
 
 impl Metal {
-    fn reflectance(&self, textures: &Textures<'_>, at: &TexturePoint) -> Reflectance {
+    /// The reflectance at a point, and what it is multiplied by.
+    fn reflectance(&self, textures: &Textures<'_>, at: &TexturePoint) -> (Reflectance, Rgb) {
         match &self.color {
-            MetalColor::Measured(reflectance) => *reflectance,
-            MetalColor::Colored { color, edge } => Reflectance::colored(textures.color(color, at), *edge),
+            MetalColor::Measured { reflectance, tint } => (*reflectance, textures.color(tint, at)),
+            MetalColor::Colored { color, edge } => (Reflectance::colored(textures.color(color, at), *edge), Rgb::WHITE),
+        }
+    }
+
+    /// The colour that may vary over the surface.
+    fn color(&self) -> &Color {
+        match &self.color {
+            MetalColor::Measured { tint, .. } => tint,
+            MetalColor::Colored { color, .. } => color,
         }
     }
 }
 
 impl MaterialKind for Metal {
     fn whitted_terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> WhittedTerms {
+        let (reflectance, tint) = self.reflectance(textures, at);
         WhittedTerms {
-            reflect: self.reflectance(textures, at).normal(),
+            reflect: reflectance.normal() * tint,
             ..WhittedTerms::default()
         }
     }
@@ -184,10 +210,9 @@ impl MaterialKind for Metal {
 
     fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf {
         let roughness = textures.scalar(&self.roughness, at).clamp(0.0, 1.0);
-        Bsdf::Conductor(Conductor::new(
-            Ggx::from_roughness(roughness, self.anisotropy),
-            self.reflectance(textures, at),
-        ))
+        let (reflectance, tint) = self.reflectance(textures, at);
+        let facets = Ggx::from_roughness(roughness, self.anisotropy);
+        Bsdf::Conductor(Conductor::tinted(facets, reflectance, tint))
     }
 
     fn batch_kind(&self) -> BatchKind {
@@ -200,24 +225,20 @@ impl MaterialKind for Metal {
     }
 
     fn max_reflectance(&self, textures: &Textures<'_>) -> f32 {
-        match &self.color {
-            MetalColor::Measured(_) => 0.0,
-            MetalColor::Colored { color, .. } => textures.max_value(color),
-        }
+        textures.max_value(self.color())
     }
 
     fn is_spatially_varying(&self) -> bool {
-        let tint = match &self.color {
-            MetalColor::Measured(_) => None,
-            MetalColor::Colored { color, .. } => Some(color),
-        };
-        let is_constant = self.roughness.is_constant() && tint.is_none_or(Color::is_constant);
+        let is_constant = self.roughness.is_constant() && self.color().is_constant();
         !is_constant || self.anisotropy > 0.0
     }
 
     fn convert_colors(&mut self, space: WorkingSpace) {
         match &mut self.color {
-            MetalColor::Measured(reflectance) => *reflectance = reflectance.converted(|c| space.from_rec709(c)),
+            MetalColor::Measured { reflectance, tint } => {
+                *reflectance = reflectance.converted(|c| space.from_rec709(c));
+                tint.convert(space);
+            }
             MetalColor::Colored { color, edge } => {
                 color.convert(space);
                 *edge = space.from_rec709(*edge);

@@ -11,7 +11,7 @@
 
 use serde::Deserialize;
 
-use super::{FindColor, MaterialKind, WhittedTerms};
+use super::{Find, MaterialKind, WhittedTerms};
 use crate::{
     bsdf::{Bsdf, specular},
     math::{Rgb, WorkingSpace},
@@ -27,7 +27,7 @@ pub struct MirrorDesc {
 }
 
 impl MirrorDesc {
-    pub fn compile(&self, _find: &FindColor<'_>) -> Result<Mirror, Problem> {
+    pub fn compile(&self, _find: &Find<'_>) -> Result<Mirror, Problem> {
         Ok(Mirror {
             reflectance: self.reflectance.0,
         })

@@ -18,6 +18,7 @@ pub mod matte;
 pub mod medium;
 pub mod metal;
 pub mod mirror;
+pub mod mix;
 pub mod normal_map;
 pub mod phong;
 pub mod principled;
@@ -109,6 +110,11 @@ pub trait MaterialKind {
         true
     }
 
+    /// The materials of which one is shaded in its place, if it is a mixture.
+    fn mixture(&self) -> Option<&Mixture> {
+        None
+    }
+
     /// The emission, if there is any.
     fn emission(&self) -> Option<Emission> {
         None
@@ -179,6 +185,28 @@ pub trait MaterialKind {
     }
 }
 
+/// A mixture of two materials.
+#[derive(Clone, Copy, Debug)]
+pub struct Mixture {
+    pub materials: [MaterialId; 2],
+    /// The share of the second, from 0 to 1.
+    pub factor: Scalar,
+}
+
+impl Mixture {
+    /// The material at a point that a random number in `[0, 1)` chooses, with the number that is left of it.
+    pub fn choose(&self, textures: &Textures<'_>, at: &TexturePoint, number: f32) -> (MaterialId, f32) {
+        let [a, b] = self.materials;
+        let factor = textures.scalar(&self.factor, at).clamp(0.0, 1.0);
+        let (material, left) = if number < factor {
+            (b, number / factor)
+        } else {
+            (a, (number - factor) / (1.0 - factor))
+        };
+        (material, left.min(1.0 - 0.5 * f32::EPSILON))
+    }
+}
+
 /// The light that a surface emits.
 #[derive(Clone, Copy, Debug)]
 pub struct Emission {
@@ -215,15 +243,30 @@ impl Emission {
     }
 }
 
-/// The lookup of colour sources when materials are compiled.
-pub type FindColor<'a> = dyn Fn(&Spanned<ColorSource>) -> Result<Color, Problem> + 'a;
+/// The lookup of names when materials are compiled.
+pub struct Find<'a> {
+    pub color: &'a dyn Fn(&Spanned<ColorSource>) -> Result<Color, Problem>,
+    pub material: &'a dyn Fn(&Spanned<String>) -> Result<MaterialId, Problem>,
+}
+
+impl Find<'_> {
+    /// The colour of a source.
+    fn color(&self, source: &Spanned<ColorSource>) -> Result<Color, Problem> {
+        (self.color)(source)
+    }
+
+    /// Another material by its name.
+    fn material(&self, name: &Spanned<String>) -> Result<MaterialId, Problem> {
+        (self.material)(name)
+    }
+}
 
 /// Compiles a scalar source; a texture without a channel uses `default_channel`.
-fn scalar(source: &Spanned<ScalarSource>, default_channel: Channel, find: &FindColor<'_>) -> Result<Scalar, Problem> {
+fn scalar(source: &Spanned<ScalarSource>, default_channel: Channel, find: &Find<'_>) -> Result<Scalar, Problem> {
     match source.get_ref() {
         ScalarSource::Constant(v) => Ok(Scalar::Constant(*v)),
         ScalarSource::Texture { name, channel } => {
-            match find(&Spanned::new(source.span(), ColorSource::Texture(name.clone())))? {
+            match find.color(&Spanned::new(source.span(), ColorSource::Texture(name.clone())))? {
                 Color::Constant(c) => Ok(Scalar::Constant(c.r)),
                 Color::Texture(id) | Color::Tinted(id, _) => {
                     Ok(Scalar::Texture(id, channel.unwrap_or(default_channel), 1.0))
@@ -238,7 +281,7 @@ fn unit_scalar(
     source: Option<&Spanned<ScalarSource>>,
     default: f32,
     channel: Channel,
-    find: &FindColor<'_>,
+    find: &Find<'_>,
 ) -> Result<Scalar, Problem> {
     let Some(source) = source else {
         return Ok(Scalar::Constant(default));
@@ -262,9 +305,10 @@ kinds! {
         "emitter" => Emitter(emitter::Emitter, emitter::EmitterDesc),
         "metal" => Metal(metal::Metal, metal::MetalDesc),
         "principled" => Principled(principled::Principled, principled::PrincipledDesc),
+        "mix" => Mix(mix::Mix, mix::MixDesc),
     }
     described only {}
-    compiled by fn compile(&self, find: &FindColor<'_>) -> Result<Material, Problem>;
+    compiled by fn compile(&self, find: &Find<'_>) -> Result<Material, Problem>;
     changed by {
         /// See [`MaterialKind::convert_colors`].
         fn convert_colors(&mut self, space: WorkingSpace);
@@ -273,6 +317,8 @@ kinds! {
     fn whitted_terms(&self, textures: &Textures<'_>, at: &TexturePoint) -> WhittedTerms;
     /// See [`MaterialKind::bsdf`].
     fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf;
+    /// See [`MaterialKind::mixture`].
+    fn mixture(&self) -> Option<&Mixture>;
     /// See [`MaterialKind::emission`].
     fn emission(&self) -> Option<Emission>;
     /// See [`MaterialKind::has_lobes`].

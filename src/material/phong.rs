@@ -29,7 +29,7 @@
 
 use serde::Deserialize;
 
-use super::{FindColor, FresnelMode, MaterialKind, WhittedTerms};
+use super::{Find, FresnelMode, MaterialKind, WhittedTerms};
 use crate::{
     bsdf::{self, Bsdf, diffuse::Lambert, phong::PhongWeights},
     math::{Rgb, WorkingSpace},
@@ -68,9 +68,9 @@ fn shininess() -> NonNegative {
 }
 
 impl PhongDesc {
-    pub fn compile(&self, find: &FindColor<'_>) -> Result<Phong, Problem> {
+    pub fn compile(&self, find: &Find<'_>) -> Result<Phong, Problem> {
         Ok(Phong {
-            color: find(&self.color)?,
+            color: find.color(&self.color)?,
             specular: self.specular.0,
             shininess: self.shininess.0,
             reflect: self.reflect.0,

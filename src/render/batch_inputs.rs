@@ -6,7 +6,7 @@ use crate::{
     integrator::{PathState, VertexBatch},
     light::environment::EnvironmentLight,
     math::Ray,
-    sampler::{SampleBatch, SampleKeys, SampleUse},
+    sampler::{Dimension, SampleBatch, SampleKeys, SampleUse},
     scene::{LightNumbers, LightSamples, Surfaces},
 };
 
@@ -34,6 +34,17 @@ pub(super) struct ArrivedRays<'a> {
 }
 
 impl BatchInputs {
+    /// Replaces the mixtures among the materials of the surfaces by one of their materials each, chosen by this dimension.
+    pub fn choose_materials(&mut self, context: &RenderContext<'_>, dimension: Dimension) {
+        let shading = &context.scene.shading;
+        for (i, surface) in self.surfaces.interactions.iter_mut().enumerate() {
+            if shading.material(surface.material).mixture().is_some() {
+                let number = context.settings.sampler.get_2d(&self.keys.get(i), dimension).x;
+                surface.material = shading.unmixed(surface.material, &surface.texture, number);
+            }
+        }
+    }
+
     /// Samples the lights for those surfaces whose random numbers are drawn.
     pub fn sample_lights(&mut self, context: &RenderContext<'_>) {
         let (scene, on) = (context.scene, context.simd);

@@ -377,6 +377,9 @@ impl Wave {
             inputs
                 .samples
                 .generate(context.simd, sampler, &inputs.keys, dimension, &uses);
+            if context.scene.shading.has_mixtures() {
+                inputs.choose_materials(context, Dimension::mixture(depth));
+            }
             if depth == 1 && round == 0 && context.needs.albedo {
                 for (index, (surface, &i)) in inputs.surfaces.interactions.iter().zip(indices).enumerate() {
                     let path = &paths[i as usize];

@@ -115,6 +115,12 @@ impl Dimension {
         Self(3 + SampleUse::COUNT * (depth - 1) + sample_use as u32)
     }
 
+    /// Returns the dimension that chooses a material of a mixture at the vertex that ends segment `depth` (x). These dimensions lie
+    /// between those of all uses and those of transparency.
+    pub const fn mixture(depth: u32) -> Self {
+        Self(1 << 30 | (depth & 0xffff))
+    }
+
     /// Returns the dimension that decides whether segment `depth` passes its `count`th partly
     /// transparent surface (x). These dimensions lie beyond all others and are for [`Independent`]
     /// only.

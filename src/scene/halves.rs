@@ -12,7 +12,7 @@ use crate::{
     light::Light,
     material::{Material, MaterialId},
     math::{Runs, Transform, Vec4},
-    texture::{Bitmap, StTransform, Texture, TextureId, Textures},
+    texture::{Bitmap, StTransform, Texture, TextureId, TexturePoint, Textures},
 };
 
 /// The surfaces of a scene and what they are called. Motion changes it, see [`Scene::apply`](super::Scene::apply).
@@ -75,6 +75,7 @@ pub struct SceneShading {
     pub background: Background,
     /// See [`MaterialKind::is_spatially_varying`](crate::material::MaterialKind), for each material.
     is_spatially_varying: Vec<bool>,
+    has_mixtures: bool,
     reads_footprints: bool,
     pub(crate) bsdfs: MaterialBsdfs,
 }
@@ -109,6 +110,7 @@ impl SceneShading {
         let mut shading = Self {
             media: Media::default(),
             is_spatially_varying: Vec::new(),
+            has_mixtures: false,
             reads_footprints: bitmaps.iter().any(|b| !b.levels.is_empty()),
             bsdfs: MaterialBsdfs::default(),
             materials,
@@ -154,6 +156,7 @@ impl SceneShading {
         self.media = Media::new(&self.materials);
         self.bsdfs = MaterialBsdfs::new(&self.materials);
         self.is_spatially_varying = self.materials.iter().map(Material::is_spatially_varying).collect();
+        self.has_mixtures = self.materials.iter().any(|material| material.mixture().is_some());
     }
 
     #[inline]
@@ -176,6 +179,21 @@ impl SceneShading {
         self.is_spatially_varying
             .get(material.0 as usize)
             .is_none_or(|varies| *varies)
+    }
+
+    /// Whether any material is a mixture.
+    #[inline]
+    pub(crate) fn has_mixtures(&self) -> bool {
+        self.has_mixtures
+    }
+
+    /// The material that is shaded at a point for `material`: where that is a mixture, one of its materials, chosen by a random number
+    /// in `[0, 1)`.
+    pub(crate) fn unmixed(&self, mut material: MaterialId, at: &TexturePoint, mut number: f32) -> MaterialId {
+        while let Some(mixture) = self.material(material).mixture() {
+            (material, number) = mixture.choose(&self.textures(), at, number);
+        }
+        material
     }
 
     /// Whether a texture is filtered over the footprint of a ray, so that rays need cones.

@@ -280,3 +280,98 @@ fn a_prism_sends_each_channel_in_the_direction_of_its_index() {
         }
     }
 }
+
+/// A ball of `material` beside a lamp and a floor, with more materials.
+fn lit_ball(samples: u32, integrator: &str, material: &str, more: &str) -> Vec<[f32; 3]> {
+    Folder::new().render(&format!(
+        "[render]\nwidth = {SIDE}\nheight = {SIDE}\nsamples = {samples}\n{integrator}\n\
+         [camera]\nperspective = {{ eye = [0, 0, 5], target = [0, 0, 0], fov = 30 }}\n\
+         [background]\ncolor = [0.2, 0.3, 0.4]\n{more}\n{}\
+         [[light]]\npoint = {{ position = [2, 3, 4], intensity = 30 }}\n",
+        ball(material)
+    ))
+}
+
+const PAINT: &str = "principled = { base_color = [0.7, 0.1, 0.05], roughness = 0.4, clearcoat = 1 }";
+const STEEL: &str = "metal = { preset = \"iron\", roughness = 0.35 }";
+const HALVES: &str = "[texture.halves]\nstripes = { a = 0, b = 1, width = 0.125 }\n";
+
+fn paint_and_steel() -> String {
+    format!("[material.paint]\n{PAINT}\n[material.steel]\n{STEEL}\n{HALVES}")
+}
+
+#[test]
+fn a_mixture_of_all_or_nothing_has_the_bits_of_its_material() {
+    let more = paint_and_steel();
+    for integrator in [
+        "integrator.path = { max_depth = 6 }",
+        "integrator.whitted = { max_depth = 4 }",
+    ] {
+        for (factor, alone) in [("0", PAINT), ("1", STEEL)] {
+            let mixed = format!("mix = {{ a = \"paint\", b = \"steel\", factor = {factor} }}");
+            let mixed = lit_ball(4, integrator, &mixed, &more);
+            assert_eq!(mixed, lit_ball(4, integrator, alone, &more), "{integrator} {alone}");
+        }
+        // A mixture of mixtures, and a texture that is 0 or 1.
+        let within = format!(
+            "{more}[material.inner]\nmix = {{ a = \"steel\", b = \"paint\", factor = \"texture.halves\" }}\n\
+             [material.outer]\nmix = {{ a = \"inner\", b = \"paint\", factor = 0 }}\n"
+        );
+        let outer = lit_ball(
+            4,
+            integrator,
+            "mix = { a = \"outer\", b = \"steel\", factor = 0 }",
+            &within,
+        );
+        let inner = lit_ball(
+            4,
+            integrator,
+            "mix = { a = \"steel\", b = \"paint\", factor = \"texture.halves\" }",
+            &within,
+        );
+        let [paint, steel] = [PAINT, STEEL].map(|m| lit_ball(4, integrator, m, &within));
+        assert_eq!(outer, inner);
+        let which = |pixels: &[[f32; 3]]| inner.iter().zip(pixels).filter(|(a, b)| a == b).count();
+        assert!(which(&paint) > SIDE * SIDE / 4 && which(&steel) > SIDE * SIDE / 4 && inner != paint && inner != steel);
+    }
+}
+
+#[test]
+fn a_mixture_reflects_the_weighted_sum_of_both() {
+    let more = paint_and_steel();
+    let integrator = "integrator.path = { max_depth = 2 }";
+    let [paint, steel] = [PAINT, STEEL].map(|material| lit_ball(256, integrator, material, &more));
+    for factor in [0.25, 0.7] {
+        let mixed = format!("mix = {{ a = \"paint\", b = \"steel\", factor = {factor} }}");
+        let mixed = lit_ball(1024, integrator, &mixed, &more);
+        let mean =
+            |pixels: &[[f32; 3]]| pixels.iter().flatten().map(|v| f64::from(*v)).sum::<f64>() / pixels.len() as f64;
+        let expected = (1.0 - factor) * mean(&paint) + factor * mean(&steel);
+        assert!(
+            (mean(&mixed) / expected - 1.0).abs() < 3e-3,
+            "{factor}: {} {expected}",
+            mean(&mixed)
+        );
+    }
+}
+
+#[test]
+fn a_tinted_metal_reflects_as_much_less() {
+    let metal = |tint: &str| {
+        let material = format!("metal = {{ eta = [2.7, 2.5, 2.3], k = [3.7, 3.4, 3.0], roughness = 0.3{tint} }}");
+        render(16, &format!("{HALVES}{}", ball(&material)))
+    };
+    let (plain, tinted) = (metal(""), metal(", tint = [0.5, 0.25, 1]"));
+    let middle = SIDE / 2 * SIDE + SIDE / 2;
+    let gains = |channel: usize| tinted[middle][channel] / plain[middle][channel];
+    // Light that bounces between the facets is tinted at each of them.
+    for (channel, tint) in [0.5, 0.25, 1.0].into_iter().enumerate() {
+        assert!(
+            (gains(channel) / tint - 1.0).abs() < 0.02,
+            "{channel}: {} {tint}",
+            gains(channel)
+        );
+    }
+    assert_eq!(metal(", tint = 1"), plain);
+    assert_ne!(metal(", tint = \"texture.halves\""), plain);
+}

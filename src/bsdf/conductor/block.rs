@@ -20,7 +20,8 @@ use crate::{
 pub struct ConductorBlock {
     wo: [Each; 3],
     facets: AlbedoBlock,
-    /// The reflectance at normal incidence.
+    /// The tint, and the tinted reflectance at normal incidence.
+    tint: [Each; 3],
     normal: [Each; 3],
     /// The dip of coloured metals.
     dip: [Each; 3],
@@ -81,6 +82,7 @@ impl BsdfBlock for ConductorBlock {
     const EMPTY: Self = Self {
         wo: [[0.0; LANES]; 3],
         facets: AlbedoBlock::EMPTY,
+        tint: [[1.0; LANES]; 3],
         normal: [[0.0; LANES]; 3],
         dip: [[0.0; LANES]; 3],
         eta: [[1.0; LANES]; 3],
@@ -104,6 +106,7 @@ impl BsdfBlock for ConductorBlock {
             return false;
         }
         set(&mut self.wo, lane, wo);
+        set_rgb(&mut self.tint, lane, bsdf.tint);
         set_rgb(&mut self.normal, lane, bsdf.normal);
         match bsdf.reflectance {
             Reflectance::Colored { dip, .. } => {
@@ -125,7 +128,8 @@ impl BsdfBlock for ConductorBlock {
         let all = self.facets.mirrors(&self.wo);
         let mut gains = [[0.0; LANES]; 3];
         for (lane, all) in all.into_iter().enumerate() {
-            set_rgb(&mut gains, lane, multiscatter_gain(get_rgb(&self.normal, lane), all));
+            let gain = multiscatter_gain(get_rgb(&self.normal, lane), all) * get_rgb(&self.tint, lane);
+            set_rgb(&mut gains, lane, gain);
         }
         self.gain = gains;
     }

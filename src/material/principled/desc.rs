@@ -5,7 +5,7 @@ use serde::Deserialize;
 use super::{AlphaMode, Principled};
 use crate::{
     bsdf::layered::Boundary,
-    material::{FindColor, Sidedness, TangentNormals, medium, unit_scalar},
+    material::{Find, Sidedness, TangentNormals, medium, unit_scalar},
     math::{Rgb, trig},
     texture::Color,
     value::{
@@ -62,9 +62,11 @@ pub enum AlphaModeDesc {
 }
 
 impl PrincipledDesc {
-    pub fn compile(&self, find: &FindColor<'_>) -> Result<Principled, Problem> {
+    pub fn compile(&self, find: &Find<'_>) -> Result<Principled, Problem> {
         let plain = Principled::default();
-        let color = |source: &Option<Spanned<ColorSource>>, default: Color| source.as_ref().map_or(Ok(default), find);
+        let color = |source: &Option<Spanned<ColorSource>>, default: Color| {
+            source.as_ref().map_or(Ok(default), |source| find.color(source))
+        };
         let unit_scalar = |source: &Option<Spanned<ScalarSource>>, default: f32, channel: Channel| {
             unit_scalar(source.as_ref(), default, channel, find)
         };
@@ -99,7 +101,7 @@ impl PrincipledDesc {
             clearcoat_normal: match &self.clearcoat_normal {
                 None => None,
                 Some(source) => Some(TangentNormals {
-                    color: find(source)?,
+                    color: find.color(source)?,
                     scale: self.clearcoat_normal_scale.map_or(1.0, f32::from),
                 }),
             },
@@ -111,11 +113,15 @@ impl PrincipledDesc {
                 .iridescence_thickness
                 .map_or(plain.iridescence_thickness, |nm| [nm.0 * 1e-9; 2]),
             anisotropy: unit_scalar(&self.anisotropy, 0.0, Channel::B)?,
-            anisotropy_direction: self.anisotropy_direction.as_ref().map(find).transpose()?,
+            anisotropy_direction: self
+                .anisotropy_direction
+                .as_ref()
+                .map(|source| find.color(source))
+                .transpose()?,
             anisotropy_rotation: self.anisotropy_rotation.map_or(0.0, |r| trig::radians(r.0)),
             emissive: color(&self.emissive, plain.emissive)?,
             emissive_strength: self.emissive_strength.map_or(1.0, f32::from),
-            normal: self.normal.as_ref().map(find).transpose()?,
+            normal: self.normal.as_ref().map(|source| find.color(source)).transpose()?,
             normal_scale: self.normal_scale.map_or(1.0, f32::from),
             opacity: unit_scalar(&self.opacity, 1.0, Channel::A)?,
             alpha_mode: self.alpha_mode()?,

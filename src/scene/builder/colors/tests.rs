@@ -4,7 +4,7 @@ use std::{fmt::Debug, fs};
 
 use crate::{
     light::LightDesc,
-    material::MaterialDesc,
+    material::{Find, MaterialDesc, MaterialId},
     math::{ColorConversion, DVec3, Primaries, Rgb, Vec2, WorkingSpace},
     texture::{BitmapId, Color, PatternDesc, TextureId},
     value::{ColorSource, Spanned},
@@ -45,11 +45,15 @@ fn compiled(room: &str, text: &str) -> Option<[Vec<String>; 2]> {
     let space = WorkingSpace::AcesCg;
     match room {
         "material" => {
-            let find = |source: &Spanned<ColorSource>| {
+            let color = |source: &Spanned<ColorSource>| {
                 Ok(match source.get_ref() {
                     ColorSource::Constant(color) => Color::Constant(*color),
                     _ => Color::Texture(TextureId(0)),
                 })
+            };
+            let find = Find {
+                color: &color,
+                material: &|_| Ok(MaterialId(0)),
             };
             let material = toml::from_str::<MaterialDesc>(text).ok()?.compile(&find).ok()?;
             Some(before_and_after(material, |m| m.convert_colors(space)))
