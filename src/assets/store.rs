@@ -12,7 +12,7 @@ pub use super::image::ImageRequest;
 use super::{
     Files, MemoryKind, OverBudget, edited,
     image::{self, AlphaUse, BitmapKey, EncodedImage, ImageError},
-    model::{ImageSource, LightUnits, Model, ModelChoice, ModelFeature},
+    model::{AnimationChoice, ImageSource, LightUnits, Model, ModelChoice, ModelFeature},
     model_format::ModelError,
     model_formats,
     motion::ModelClip,
@@ -48,6 +48,8 @@ pub enum AssetError {
     NoVariants { path: PathBuf },
     #[error("only glTF files have lights: {}", path.display())]
     NoLights { path: PathBuf },
+    #[error("only glTF files have animations: {}", path.display())]
+    NoAnimations { path: PathBuf },
     #[error("broken light of a model: {cause}: {}", path.display())]
     Light { cause: String, path: PathBuf },
     #[error("{}: {}", path.display(), losses.join("; "))]
@@ -83,6 +85,7 @@ impl AssetError {
             | Self::NoScenes { .. }
             | Self::NoVariants { .. }
             | Self::NoLights { .. }
+            | Self::NoAnimations { .. }
             | Self::Light { .. }
             | Self::NoCamera { .. }
             | Self::Incomplete { .. }
@@ -107,6 +110,9 @@ fn load_model(request: &ModelRequest, files: &Files) -> Result<Model, AssetError
     }
     if choice.light_units != LightUnits::Auto && !format.has_choices() {
         return Err(AssetError::NoLights { path });
+    }
+    if matches!(&choice.animation, Some(AnimationChoice::Named(names)) if !names.is_empty()) && !format.has_choices() {
+        return Err(AssetError::NoAnimations { path });
     }
     let mut model = format.load(&path, choice, files).map_err(AssetError::Model)?;
     if !format.has_choices() && !choice.edited.is_empty() {

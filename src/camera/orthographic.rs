@@ -25,7 +25,7 @@ use super::{
 };
 use crate::{
     math::{Ray, RayCone, Vec2, Vec3},
-    value::{Finite, Point, Positive, Problem, Spanned},
+    value::{Finite, List, Point, Positive, Problem, Spanned},
 };
 
 /// The description of an orthographic camera in a scene file.
@@ -37,7 +37,7 @@ pub struct OrthographicDesc {
     #[serde(default = "default_up")]
     pub up: Point,
     pub height: Positive,
-    pub shift: Option<[Finite; 2]>,
+    pub shift: Option<List<Finite, 2>>,
 }
 
 impl OrthographicDesc {
@@ -45,7 +45,7 @@ impl OrthographicDesc {
     /// The target is at the eye.
     pub fn compile(&self) -> Result<CameraSetup<OrthographicLens>, Vec<Problem>> {
         let pose = look_at(self.eye, &self.target, self.up).map_err(|e| vec![e])?;
-        let [x, y] = self.shift.unwrap_or([Finite(0.0); 2]);
+        let List([x, y]) = self.shift.unwrap_or(List([Finite(0.0); 2]));
         let lens = OrthographicLens {
             height: self.height.0.into(),
             shift: [x.0.into(), y.0.into()],

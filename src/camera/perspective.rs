@@ -47,7 +47,7 @@ use super::{
 };
 use crate::{
     math::{Dispatch, Ray, RayCone, Vec2, Vec3, VectorLoop, trig},
-    value::{Count, Finite, NonNegative, Point, Positive, Problem, Spanned, number},
+    value::{Count, Finite, List, NonNegative, Point, Positive, Problem, Spanned, number},
 };
 
 /// The default vertical field of view, in degrees.
@@ -72,7 +72,7 @@ pub struct PerspectiveDesc {
     pub focus_distance: Option<Positive>,
     pub blades: Option<Spanned<Count>>,
     pub blade_rotation: Option<Spanned<Finite>>,
-    pub shift: Option<[Finite; 2]>,
+    pub shift: Option<List<Finite, 2>>,
 }
 
 /// An angle across a picture, in degrees, above 0 and below 180.
@@ -172,7 +172,7 @@ impl PerspectiveDesc {
             }
         }
         let aperture_shape = self.aperture_shape(problems);
-        let [x, y] = self.shift.unwrap_or([Finite(0.0); 2]);
+        let List([x, y]) = self.shift.unwrap_or(List([Finite(0.0); 2]));
         PerspectiveLens {
             view: view.value().unwrap_or(FieldOfView::Vertical(DEFAULT_FOV)),
             sensor,

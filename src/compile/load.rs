@@ -5,6 +5,7 @@ use std::cell::RefCell;
 use super::{
     Error, background,
     compiler::Compiler,
+    materials::warn_of_gain,
     models,
     motion::{Movables, SceneMotion},
     options::LoadOptions,
@@ -258,10 +259,6 @@ fn warn_invisible(scene: &SceneBuilder, warnings: &Warnings) {
 fn warn_energy_gain(scene: &SceneBuilder, warnings: &Warnings) {
     let textures = scene.textures();
     for (name, material) in scene.materials() {
-        let max_reflectance = material.max_reflectance(&textures);
-        if max_reflectance > 1.0 {
-            let text = format!("material `{name}` reflects more light than it receives (albedo {max_reflectance})");
-            warnings.add(WarningKind::ENERGY_GAIN, name, text);
-        }
+        warn_of_gain(name, material, &textures, warnings);
     }
 }

@@ -9,8 +9,9 @@ use crate::{
     material::{Find, Material, MaterialId, matte::Matte, principled::Principled},
     math::ColorConversion,
     scene::SceneBuilder,
-    texture::{BitmapId, Color, Mapping, Pattern, Texture, TextureId, image::ImagePattern},
+    texture::{BitmapId, Color, Mapping, Pattern, Texture, TextureId, Textures, image::ImagePattern},
     value::{ColorSource, Problem, Spanned},
+    warnings::{WarningKind, Warnings},
 };
 
 impl Compiler<'_> {
@@ -147,5 +148,14 @@ fn texture_of(texture: &ModelTexture, bitmap: BitmapId) -> Texture {
             wrap: texture.wrap,
         }),
         colors: ColorConversion::default(),
+    }
+}
+
+/// Warns of a material if it reflects more light than it receives.
+pub(super) fn warn_of_gain(name: &str, material: &Material, textures: &Textures<'_>, warnings: &Warnings) {
+    let max_reflectance = material.max_reflectance(textures);
+    if max_reflectance > 1.0 {
+        let text = format!("material `{name}` reflects more light than it receives (albedo {max_reflectance})");
+        warnings.add(WarningKind::ENERGY_GAIN, name, text);
     }
 }

@@ -5,7 +5,11 @@
 
 use std::collections::BTreeSet;
 
-use super::{Error, background, materials::MaterialNames, objects::moved_place};
+use super::{
+    Error, background,
+    materials::{MaterialNames, warn_of_gain},
+    objects::moved_place,
+};
 use crate::{
     assets::{AssetError, Store, image::AlphaUse, model::ImageSource, store::ImageRequest},
     describe::{Diagnostics, SceneDesc},
@@ -74,6 +78,8 @@ impl Refresher {
                     material.convert_colors(space);
                     let id = MaterialId(at as u32);
                     is_alike &= are_alike(scene.material(id), &material);
+                    let name = desc.materials[at].name.get_ref();
+                    warn_of_gain(name, &material, &scene.textures(), store.warnings());
                     shading.materials.push((id, material));
                 }
                 Change::Light(at) => {

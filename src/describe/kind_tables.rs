@@ -1,7 +1,5 @@
 //! Tables of which one key names a kind, as those of integrators, cameras and materials.
 
-use toml::de::{DeTable, DeValue};
-
 use crate::{
     camera::CameraDesc,
     filter::FilterDesc,
@@ -13,6 +11,10 @@ use crate::{
     texture::{MappingDesc, PatternDesc},
     value::{Problem, Span, Spanned, UnknownName, is_override},
 };
+use toml::de::{DeTable, DeValue};
+
+/// The key of a scene file that names a table of values.
+pub(super) const VALUES: &str = "values";
 
 /// A sort of table of which one key names a kind.
 pub(super) struct KindTable {
@@ -91,6 +93,11 @@ pub(super) fn is_kind(path: &[impl AsRef<str>], name: &str) -> bool {
 }
 
 impl KindTable {
+    /// Whether `name` is that of one of its kinds.
+    pub fn has(&self, name: &str) -> bool {
+        self.kinds.contains(&name)
+    }
+
     /// Returns the problem of a table that does not name one kind. `text` is the scene file.
     pub fn problem(&self, value: &Spanned<DeValue<'_>>, text: &str) -> Option<Problem> {
         let what = self.what;
@@ -112,7 +119,10 @@ impl KindTable {
             }
             ([kind], [other, ..]) => {
                 let (kind, key) = (kind.get_ref(), other.get_ref());
-                let help = format!("if it is a key of the {what}, it goes into its table: {kind} = {{ {key} = .. }}");
+                let help = match key.as_ref() {
+                    VALUES => format!("`{VALUES}` stands before the first table of the file"),
+                    _ => format!("if it is a key of the {what}, it goes into its table: {kind} = {{ {key} = .. }}"),
+                };
                 let known = self.beside.iter().chain(self.kinds).copied();
                 let unknown = UnknownName::new("key", key, known);
                 Some(unknown.with_fallback(Some(help)).at(other.span()))

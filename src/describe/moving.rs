@@ -138,7 +138,7 @@ impl<'d> MovingDesc<'d> {
     pub fn object(&self, at: usize, frame: f64) -> Option<ObjectDesc> {
         let entity = Entity::Object(at);
         self.entities.contains_key(&entity).then_some(())?;
-        match self.entity(entity, &self.values.at(frame)) {
+        match self.entity_at(entity, frame) {
             Ok(EntityDesc::Object(object)) => Some(*object),
             _ => None,
         }
@@ -149,6 +149,20 @@ impl<'d> MovingDesc<'d> {
         self.entity_without(None, entity, own)
     }
 
+    /// Reads an entity at a time in frames.
+    pub(super) fn entity_at(&self, entity: Entity, frame: f64) -> Result<EntityDesc, Vec<Problem>> {
+        let columns = &self.entities[&entity].columns;
+        self.entity_with(entity, columns, |at| self.values.columns[at].curve.at(frame).into())
+    }
+
+    /// Whether the key of a column takes the value `text`, in TOML, whatever the other columns have.
+    pub(super) fn takes(&self, column: usize, text: &str) -> bool {
+        let read = self.entity_with(self.values.columns[column].entity, &[column], |_| text.into());
+        let span = self.values.span(column);
+        let of_other = |problem: &Problem| problem.span.as_ref() != Some(&span);
+        read.map_or_else(|problems| problems.iter().all(of_other), |_| true)
+    }
+
     /// Reads an entity with these values but for that of one column.
     fn entity_without(
         &self,
@@ -156,22 +170,34 @@ impl<'d> MovingDesc<'d> {
         entity: Entity,
         own: &[String],
     ) -> Result<EntityDesc, Vec<Problem>> {
+        let columns = self.entities[&entity].columns.iter().copied();
+        let columns: Vec<usize> = columns.filter(|at| Some(*at) != left_out).collect();
+        self.entity_with(entity, &columns, |at| own[at].as_str().into())
+    }
+
+    /// Reads an entity with the values of these of its columns.
+    fn entity_with<'t>(
+        &self,
+        entity: Entity,
+        columns: &[usize],
+        text: impl Fn(usize) -> Cow<'t, str>,
+    ) -> Result<EntityDesc, Vec<Problem>> {
         let changing = &self.entities[&entity];
-        let columns = || changing.columns.iter().copied().filter(|at| Some(*at) != left_out);
+        let texts: Vec<(usize, Cow<'_, str>)> = columns.iter().map(|at| (*at, text(*at))).collect();
         let mut problems = Vec::new();
         let mut value: Spanned<DeValue<'_>> = changing.base.clone();
         if let DeValue::Table(table) = value.get_mut() {
-            for at in columns() {
-                let (column, span) = (&self.values.columns[at], self.values.span(at));
+            for (at, text) in &texts {
+                let (column, span) = (&self.values.columns[*at], self.values.span(*at));
                 let path: Vec<Cow<'_, str>> = column.path.iter().map(|step| Cow::Borrowed(step.as_str())).collect();
-                let new = DeValue::parse(&own[at]).expect("the TOML crate has written it");
+                let new = DeValue::parse(text).expect("the TOML crate has written it");
                 let set = put(table, (&path, column.component), placed(new.into_inner(), &span));
                 problems.extend(set.err());
             }
-            for at in columns() {
-                let column = &self.values.columns[at];
+            for (at, _) in &texts {
+                let column = &self.values.columns[*at];
                 if column.component.is_some() {
-                    problems.extend(unset(table, &column.path, &self.values.span(at)));
+                    problems.extend(unset(table, &column.path, &self.values.span(*at)));
                 }
             }
         }

@@ -183,6 +183,11 @@ impl Component {
         })
     }
 
+    /// Its place in the list.
+    pub fn index(self) -> usize {
+        self.index
+    }
+
     /// Whether it becomes a component of `old`, and not a key of a table.
     pub fn is_put_into(self, old: Option<&Spanned<DeValue<'_>>>) -> bool {
         old.map_or(!self.is_partial, |old| !old.get_ref().is_table())

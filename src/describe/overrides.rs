@@ -129,6 +129,9 @@ impl Overrides {
             });
             let value = DeValue::parse(&one.value).expect("the TOML crate has written it");
             let put = path.and_then(|path| {
+                if change_kind(table, &path, value.get_ref(), &span) {
+                    return Ok(());
+                }
                 let component = Component::of_path(&path);
                 put(table, (&path, component), placed(value.into_inner(), &span))?;
                 components.extend(component.map(|_| (path, span)));
@@ -218,6 +221,38 @@ pub(super) fn put<'i>(
     };
     table.insert(name.unwrap_or_else(named), old);
     result
+}
+
+/// Gives the table at `path` another kind, if `new` is the name of one. The keys that all kinds have stay. Returns whether that is so.
+fn change_kind(table: &mut DeTable<'_>, path: &[Cow<'_, str>], new: &DeValue<'_>, span: &Span) -> bool {
+    let Some((sort, kind)) = kind_table(path).zip(new.as_str()).filter(|(sort, kind)| sort.has(kind)) else {
+        return false;
+    };
+    let [first, inner @ ..] = path else { return false };
+    let mut value = table.get_mut(first.as_ref());
+    for step in inner {
+        value = match value.map(Spanned::get_mut) {
+            Some(DeValue::Table(table)) => table.get_mut(step.as_ref()),
+            Some(DeValue::Array(list)) => step.parse().ok().and_then(|at: usize| list.get_mut(at)),
+            _ => None,
+        };
+    }
+    let Some(DeValue::Table(own)) = value.map(Spanned::get_mut) else {
+        return false;
+    };
+    if !own.contains_key(kind) {
+        let others: Vec<_> = own
+            .keys()
+            .filter(|key| sort.has(key.get_ref()))
+            .map(|key| key.get_ref().clone())
+            .collect();
+        for other in others {
+            own.remove(other.as_ref());
+        }
+        let empty = Spanned::new(span.clone(), DeValue::Table(DeTable::new()));
+        own.insert(Spanned::new(span.clone(), Cow::Owned(kind.to_owned())), empty);
+    }
+    true
 }
 
 /// Returns the value of `key` after `new` is applied: a number of `samples` is the most of them where they are adaptive, and a kind that

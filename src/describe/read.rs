@@ -7,7 +7,7 @@ use toml::de::{DeTable, DeValue, ValueDeserializer};
 
 use super::{
     Diagnostics, OutputDesc, Overrides, RenderDesc, SceneDesc, Source, foreign,
-    kind_tables::{self, KindTable},
+    kind_tables::{self, KindTable, VALUES},
     scene::*,
 };
 use crate::{
@@ -16,7 +16,7 @@ use crate::{
     light::LightDesc,
     material::MaterialDesc,
     texture::{MappingDesc, PatternDesc, StTransformDesc},
-    value::{Problem, Span, Spanned, UnknownName, is_override, kind_or_name, one_of},
+    value::{List, Problem, Span, Spanned, UnknownName, is_override, kind_or_name, one_of},
 };
 
 /// Why a scene file could not be read.
@@ -54,9 +54,6 @@ const TABLES: [&str; 8] = [
     "light",
     "output",
 ];
-
-/// The key of a scene file that names a table of values.
-const VALUES: &str = "values";
 
 /// Reads a scene from text; paths in it are relative to the folder of `source.path`.
 pub fn parse(source: Source) -> Result<SceneDesc, Diagnostics> {
@@ -249,7 +246,7 @@ impl Reader<'_> {
     /// Parses the times at which a shutter opens and closes.
     fn shutter(&mut self, value: Value<'_>) -> Option<Shutter> {
         let span = value.span();
-        let [open, close]: [f64; 2] = self.entity(value)?;
+        let List([open, close]): List<f64, 2> = self.entity(value)?;
         let is_valid = open.is_finite() && close.is_finite() && open <= close;
         if !is_valid {
             let message = format!("a shutter closes after it opens, not at {close} after {open}");
@@ -429,8 +426,16 @@ fn from_toml(e: &toml::de::Error, overrides: &Overrides) -> Problem {
     }
     Problem {
         span: e.span(),
-        message: message.to_owned(),
+        message: in_words_of_the_file(message),
         help: None,
+    }
+}
+
+/// A message of a parser without the names of own types: what is a struct here is a table there.
+fn in_words_of_the_file(message: &str) -> String {
+    match message.split_once("expected struct ") {
+        Some((found, _)) => format!("{found}expected a table"),
+        None => message.to_owned(),
     }
 }
 

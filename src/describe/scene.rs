@@ -40,7 +40,7 @@ use crate::{
     scene::RayVisibility,
     shape::ShapeDesc,
     texture::{MappingDesc, PatternDesc, StTransformDesc},
-    value::{Coordinate, OneOrEach, Point, Problem, RgbFactor, Span, Spanned},
+    value::{Coordinate, List, OneOrEach, Point, Problem, RgbFactor, Span, Spanned},
 };
 
 /// A scene file, read.
@@ -190,7 +190,7 @@ pub struct MaterialEntry {
     pub material: MaterialDesc,
 }
 
-/// A light without a surface. The table has one key that names the kind of light, and may have others:
+/// A light that is no object. The table has one key that names the kind of light, and may have others:
 ///
 /// | key | type | default |
 /// |---|---|---|
@@ -239,7 +239,7 @@ pub struct LightEntry {
 ///
 /// Rays of a kind that `ray_visibility` leaves out pass the object as if it were not there: `{ camera = false }` hides it and keeps its
 /// shadow and its reflections, `{ shadow = false }` keeps it from blocking lights. Where shadow rays and other rays meet different
-/// objects, lights are found by light sampling alone, which adds noise on glossy surfaces. A holdout blocks light and is reflected as
+/// objects, lights are found by light sampling alone, which adds noise on glossy surfaces and near lamps. A holdout blocks light and is reflected as
 /// any object.
 ///
 /// **A shadow catcher** stands for a surface of a photograph, the plate, that the picture is put over. Each of its pixels is rendered twice
@@ -347,7 +347,7 @@ pub struct TransformDesc {
     translate: Option<Point>,
     rotate: Option<RotationDesc>,
     scale: Option<OneOrEach<Coordinate, 3>>,
-    matrix: Option<[[Coordinate; 4]; 4]>,
+    matrix: Option<List<List<Coordinate, 4>, 4>>,
 }
 
 impl TransformDesc {
@@ -358,7 +358,7 @@ impl TransformDesc {
             return Err(Problem::at(span, message));
         }
         let map = match &self.matrix {
-            Some(rows) => transform::from_rows(rows.map(|row| row.map(|v| v.0))),
+            Some(rows) => transform::from_rows(rows.0.map(|row| row.0.map(|v| v.0))),
             None => {
                 let rotation = self.rotate.unwrap_or_default().matrix();
                 let scale = self.scale.map_or(DVec3::ONE, |s| DVec3::from(s.0.map(|v| v.0)));

@@ -59,9 +59,12 @@ impl Values {
                 let steps: Vec<String> = column.name.split('.').map(str::to_owned).collect();
                 let resolved = resolve(desc, &document, &known, &steps);
                 let Ok((entity, path)) = resolved.map_err(|problem| faults.add(origin.clone(), problem)) else {
+                    if faults.are_many() {
+                        return faults.check().map(|()| values);
+                    }
                     continue;
                 };
-                if let Some(other) = names.insert((entity, path.inner.clone()), &column.name) {
+                if let Some(other) = names.insert((entity, path.number()), &column.name) {
                     let message = format!("`{other}` is the same value: give one of them");
                     let problem = Problem {
                         span: None,
@@ -91,8 +94,13 @@ impl Values {
         quaternions::join(&mut values, &sources, &mut faults);
         values.add_overlaps(&sources, &mut faults);
         faults.check()?;
-        for (at, (table, column)) in sources.iter().enumerate() {
-            if let Some(held) = values.held(desc, at, table, column) {
+        let unjudged = values.clone();
+        let moving = MovingDesc::new(desc, &unjudged);
+        for (at, source) in sources.iter().enumerate() {
+            if matches!(values.columns[at].curve, Curve::Rotation(..)) {
+                continue;
+            }
+            if let Some(held) = held(&moving, at, *source) {
                 values.columns[at].curve = held;
             }
         }
@@ -100,7 +108,7 @@ impl Values {
         let moving = MovingDesc::new(desc, &values);
         for (entity, frames) in judged_frames(&values, &sources) {
             for frame in frames {
-                let problems = moving.entity(entity, &values.at(frame)).err().unwrap_or_default();
+                let problems = moving.entity_at(entity, frame).err().unwrap_or_default();
                 for problem in problems {
                     faults.add(values.origin_of(&problem, frame), problem);
                 }
@@ -138,47 +146,51 @@ impl Values {
             faults.add(origin, Problem::at(0..0, message));
         }
     }
+}
 
-    /// The curve of a column of whole numbers, truths or names, which hold, if its key is one.
-    fn held(&self, desc: &SceneDesc, at: usize, table: &ValueTable, column: &ValueColumn) -> Option<Curve> {
-        let Curve::Number(_) = self.columns[at].curve else {
-            return None;
+/// The curve of a column with numbers that are whole numbers, truths or names, which hold; `None` where its numbers move or all its cells
+/// are words. A cell has the same meaning whatever the others of its column are.
+fn held(moving: &MovingDesc<'_>, at: usize, (table, column): (&ValueTable, &ValueColumn)) -> Option<Curve> {
+    let mut numbers = column.cells.iter().filter_map(|(_, cell)| match cell {
+        ValueCell::Number(v) => Some(*v),
+        ValueCell::Word(_) => None,
+    });
+    let float = |v: f64| toml::Value::from(v).to_string();
+    let has_words = column.cells.iter().any(|(_, cell)| matches!(cell, ValueCell::Word(_)));
+    let first = numbers.next()?;
+    if !has_words && numbers.chain([first]).any(|v| moving.takes(at, &float(v))) {
+        return None;
+    }
+    let mut known: BTreeMap<u64, String> = BTreeMap::new();
+    let mut text = |v: f64| {
+        let of_number = || {
+            let whole = Some((v as i64).to_string()).filter(|_| v.fract() == 0.0 && v.abs() < 1e15);
+            let truth = (v == 0.0 || v == 1.0).then(|| (v == 1.0).to_string());
+            // A name that looks like a number.
+            let name = whole
+                .as_ref()
+                .map(|whole| toml::Value::from(whole.as_str()).to_string());
+            let mut meanings = [whole, truth, name].into_iter().flatten();
+            meanings.find(|text| moving.takes(at, text)).unwrap_or_else(|| float(v))
         };
-        let numbers = || {
-            column.cells.iter().filter_map(|(row, cell)| match cell {
-                ValueCell::Number(v) => Some((table.rows[*row as usize].frame, *v)),
-                ValueCell::Word(_) => None,
-            })
+        known.entry(v.to_bits()).or_insert_with(of_number).clone()
+    };
+    let steps = column.cells.iter().map(|(row, cell)| {
+        let text = match cell {
+            ValueCell::Number(v) => text(*v),
+            ValueCell::Word(word) => word_text(word),
         };
-        if numbers().any(|(_, v)| v.fract() != 0.0 || v.abs() > 1e15) {
-            return None;
-        }
-        let least = numbers().map(|(_, v)| v).fold(f64::INFINITY, f64::min);
-        let moving = MovingDesc::new(desc, self);
-        let frame = numbers().next()?.0;
-        let takes = |text: String| {
-            let mut all = self.at(frame);
-            all[at] = text;
-            let problems = moving.entity(self.columns[at].entity, &all).err().unwrap_or_default();
-            problems
-                .iter()
-                .all(|problem| problem.span.as_ref() != Some(&self.span(at)))
-        };
-        let whole = |v: f64| (v as i64).to_string();
-        if takes(toml::Value::from(least).to_string()) {
-            return None;
-        }
-        if takes(whole(least)) {
-            let steps = numbers().map(|(frame, v)| (frame, whole(v)));
-            return Some(Curve::Held(steps.collect()));
-        }
-        if numbers().all(|(_, v)| v == 0.0 || v == 1.0) && takes("true".to_owned()) {
-            let steps = numbers().map(|(frame, v)| (frame, (v == 1.0).to_string()));
-            return Some(Curve::Held(steps.collect()));
-        }
-        // A name that looks like a number.
-        let name = |v: f64| toml::Value::from(whole(v)).to_string();
-        takes(name(least)).then(|| Curve::Held(numbers().map(|(frame, v)| (frame, name(v))).collect()))
+        (table.rows[*row as usize].frame, text)
+    });
+    Some(Curve::Held(steps.collect()))
+}
+
+/// The value of a word, in TOML.
+fn word_text(word: &str) -> String {
+    let truths = ["true", "false"];
+    match truths.iter().find(|truth| word.eq_ignore_ascii_case(truth)) {
+        Some(truth) => (*truth).to_owned(),
+        None => toml::Value::from(word).to_string(),
     }
 }
 
@@ -199,7 +211,7 @@ fn judged_frames(values: &Values, sources: &[(&ValueTable, &ValueColumn)]) -> BT
 }
 
 /// The rows at which a column is judged: those of its least and its largest number, since every range of valid numbers is an interval,
-/// and the first of each different word.
+/// of its first number with a fraction, and the first of each different word.
 fn judged_rows(column: &ValueColumn) -> Vec<u32> {
     let numbers = || {
         column.cells.iter().filter_map(|(row, cell)| match cell {
@@ -209,13 +221,15 @@ fn judged_rows(column: &ValueColumn) -> Vec<u32> {
     };
     let least = numbers().min_by(|a, b| a.0.total_cmp(&b.0));
     let most = numbers().max_by(|a, b| a.0.total_cmp(&b.0));
+    // Where only whole numbers are valid.
+    let fraction = numbers().find(|(v, _)| v.fract() != 0.0);
     let mut words = BTreeMap::new();
     for (row, cell) in &column.cells {
         if let ValueCell::Word(word) = cell {
             words.entry(word).or_insert(*row);
         }
     }
-    let numbers = least.into_iter().chain(most).map(|(_, row)| row);
+    let numbers = least.into_iter().chain(most).chain(fraction).map(|(_, row)| row);
     numbers.chain(words.into_values()).collect()
 }
 
@@ -237,6 +251,17 @@ pub fn edited_parts<'n>(desc: &SceneDesc, names: impl Iterator<Item = &'n str>) 
 struct KeyPath {
     inner: Vec<String>,
     component: Option<Component>,
+}
+
+impl KeyPath {
+    /// The steps, with the place of a component in place of its name: `x` and `r` are the same number.
+    fn number(&self) -> Vec<String> {
+        let mut steps = self.inner.clone();
+        if let (Some(component), Some(last)) = (self.component, steps.last_mut()) {
+            *last = component.index().to_string();
+        }
+        steps
+    }
 }
 
 /// Finds the key that the path `steps` names.
@@ -285,9 +310,7 @@ fn curve(table: &ValueTable, column: &ValueColumn) -> Curve {
     }
     let text = |cell: &ValueCell| match cell {
         ValueCell::Number(v) => toml::Value::from(*v).to_string(),
-        ValueCell::Word(word) if word.eq_ignore_ascii_case("true") => "true".to_owned(),
-        ValueCell::Word(word) if word.eq_ignore_ascii_case("false") => "false".to_owned(),
-        ValueCell::Word(word) => toml::Value::from(&**word).to_string(),
+        ValueCell::Word(word) => word_text(word),
     };
     Curve::Held(
         column

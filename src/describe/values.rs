@@ -81,7 +81,7 @@ pub(super) enum Curve {
 
 impl Curve {
     /// The value at a time, in TOML.
-    fn at(&self, frame: f64) -> String {
+    pub(super) fn at(&self, frame: f64) -> String {
         match self {
             Self::Number(track) => toml::Value::from(track.at(frame).unwrap_or_default()).to_string(),
             Self::Rotation(track, component) => {

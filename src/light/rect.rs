@@ -23,7 +23,7 @@
 //!
 //! Lights with a surface are no objects: no ray is blocked by them, and they cast no shadow. Their names and sizes are those of UsdLux and
 //! of Blender, whose area lights of as many watts give the same picture. A picture that the camera sees of a light is added to what is
-//! behind it, and leaves alpha as it is.
+//! behind it, and leaves alpha as it is: PNG files show it only before a background that is visible.
 //!
 //! With a `spread` below 1 the light is concentrated as the grid of a soft box does, and its power stays the same. With
 //! `reflections = false` only light sampling finds the light: mirrors and clear glass do not show it, and rough surfaces have more noise.
@@ -37,7 +37,7 @@ use super::{
 use crate::{
     math::DVec3,
     shape::quad::QuadDesc,
-    value::{Direction, Point, Positive, Problem, Spanned, UnitInterval},
+    value::{Direction, List, Point, Positive, Problem, Spanned, UnitInterval},
 };
 
 lamp_desc! {
@@ -46,7 +46,7 @@ lamp_desc! {
         pub target: Option<Spanned<Point>>,
         pub direction: Option<Spanned<Direction>>,
         pub up: Option<Direction>,
-        pub size: [Positive; 2],
+        pub size: List<Positive, 2>,
         pub spread: Option<UnitInterval>,
         pub two_sided: Option<bool>,
     }
@@ -57,14 +57,14 @@ impl RectDesc {
         let axis = aim::axis("rect", &self.position, &self.target, &self.direction)?;
         let [right, up] = aim::across(axis, self.up);
         let [right, up] = [
-            right * f64::from(self.size[0].0 * 0.5),
-            up * f64::from(self.size[1].0 * 0.5),
+            right * f64::from(self.size.0[0].0 * 0.5),
+            up * f64::from(self.size.0[1].0 * 0.5),
         ];
         let center = self.position.get_ref().0;
         // Wound about the axis.
         let corners = [-right - up, up - right, right + up, right - up].map(|d| Point::new(center + d));
         let quad = QuadDesc {
-            corners: Spanned::new(self.position.span(), corners),
+            corners: Spanned::new(self.position.span(), List(corners)),
         };
         let shape = quad.compile(origin)?.into();
         let sidedness = if self.two_sided == Some(true) {

@@ -248,7 +248,7 @@ mod tests {
         scene::{Background, SceneBuilder, SceneUpdate},
         shape::quad::QuadDesc,
         texture::Color,
-        value::{Point, Spanned},
+        value::{List, Point, Spanned},
     };
 
     /// A floor and a wall at x = 1 that meet in an edge, and a sheet on the floor.
@@ -260,7 +260,7 @@ mod tests {
             [[1.0, 0.0, -1.0], [1.0, 0.0, 1.0], [1.0, 2.0, 1.0], [1.0, 2.0, -1.0]],
             [[-0.5, 0.0, 0.5], [0.5, 0.0, 0.5], [0.5, 0.0, -0.5], [-0.5, 0.0, -0.5]],
         ] {
-            let corners = Spanned::new(0..0, corners.map(|p| Point(DVec3::from_array(p))));
+            let corners = Spanned::new(0..0, List(corners.map(|p| Point(DVec3::from_array(p)))));
             let quad = QuadDesc { corners }.compile(DVec3::ZERO).expect("a quad");
             builder.shape("quad", Shape::Quad(quad), None, material);
         }

@@ -34,7 +34,7 @@ use super::{
 };
 use crate::{
     math::{Aabb, DVec3, Ray, Vec2, Vec3},
-    value::{Point, Problem, Spanned},
+    value::{List, Point, Problem, Spanned},
 };
 
 /// The largest distance of a corner from the plane, in lengths of the longer diagonal.
@@ -44,18 +44,18 @@ const PLANAR_TOLERANCE: f64 = 1e-4;
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct QuadDesc {
-    pub corners: Spanned<[Point; 4]>,
+    pub corners: Spanned<List<Point, 4>>,
 }
 
 impl QuadDesc {
     /// A point of the shape.
     pub fn anchor(&self) -> Option<DVec3> {
-        Some(self.corners.get_ref()[0].0)
+        Some(self.corners.get_ref().0[0].0)
     }
 
     pub fn compile(&self, origin: DVec3) -> Result<Quad, Problem> {
         let problem = |message: String, help: &str| Err(Problem::at(self.corners.span(), message).with_help(help));
-        let quad = Quad::from_corners(self.corners.get_ref().map(|p| p.relative_to(origin)));
+        let quad = Quad::from_corners(self.corners.get_ref().0.map(|p| p.relative_to(origin)));
         let corners = quad.corners.map(|c| c.as_dvec3());
         let [a, b, c, d] = corners;
         let size = (c - a).length().max((d - b).length());

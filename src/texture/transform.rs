@@ -19,14 +19,14 @@ use serde::Deserialize;
 
 use crate::{
     math::{DAffine2, DMat2, DVec2, Vec2, float, origin, trig},
-    value::{Finite, OneOrEach},
+    value::{Finite, List, OneOrEach},
 };
 
 /// The transform of texture coordinates in a scene file.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct StTransformDesc {
-    pub offset: Option<[Finite; 2]>,
+    pub offset: Option<List<Finite, 2>>,
     pub rotate: Option<Finite>,
     pub scale: Option<OneOrEach<Finite, 2>>,
 }
@@ -34,7 +34,7 @@ pub struct StTransformDesc {
 impl StTransformDesc {
     pub fn compile(&self) -> StTransform {
         let vector = |[s, t]: [Finite; 2]| Vec2::new(s.0, t.0);
-        let offset = self.offset.map_or(Vec2::ZERO, vector);
+        let offset = self.offset.map_or(Vec2::ZERO, |list| vector(list.0));
         let scale = self.scale.map_or(Vec2::ONE, |each| vector(each.0));
         StTransform::new(offset, self.rotate.map_or(0.0, |r| r.0), scale)
     }

@@ -5,7 +5,7 @@ use std::{fmt, marker::PhantomData};
 use glam::{DVec3, Vec3};
 use serde::{Deserialize, Deserializer, de};
 
-use super::hex::in_hex;
+use super::{hex::in_hex, list::List};
 use crate::math::origin::FAR;
 
 /// Deserializes an integer or a floating-point number.
@@ -162,7 +162,7 @@ impl Point {
 
 impl<'de> Deserialize<'de> for Point {
     fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-        let [x, y, z] = <[Coordinate; 3]>::deserialize(d)?;
+        let List([x, y, z]) = List::<Coordinate, 3>::deserialize(d)?;
         Ok(Self(DVec3::new(x.0, y.0, z.0)))
     }
 }
@@ -199,16 +199,10 @@ impl Component for Coordinate {
     }
 }
 
-impl<'de, T: Component, const N: usize> Deserialize<'de> for OneOrEach<T, N>
-where
-    [T; N]: Deserialize<'de>,
-{
+impl<'de, T: Component, const N: usize> Deserialize<'de> for OneOrEach<T, N> {
     fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
         struct EachVisitor<T, const N: usize>(PhantomData<T>);
-        impl<'de, T: Component, const N: usize> de::Visitor<'de> for EachVisitor<T, N>
-        where
-            [T; N]: Deserialize<'de>,
-        {
+        impl<'de, T: Component, const N: usize> de::Visitor<'de> for EachVisitor<T, N> {
             type Value = OneOrEach<T, N>;
             fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
                 write!(f, "a number or {}", T::LIST)
@@ -224,7 +218,8 @@ where
                 Err(in_hex(v).filter(|_| N == 3).unwrap_or_else(wrong))
             }
             fn visit_seq<A: de::SeqAccess<'de>>(self, seq: A) -> Result<Self::Value, A::Error> {
-                <[T; N]>::deserialize(de::value::SeqAccessDeserializer::new(seq)).map(OneOrEach)
+                let List(each) = List::deserialize(de::value::SeqAccessDeserializer::new(seq))?;
+                Ok(OneOrEach(each))
             }
         }
         d.deserialize_any(EachVisitor(PhantomData))

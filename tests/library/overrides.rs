@@ -157,3 +157,52 @@ fn an_empty_list_of_files_is_refused() {
     let error = read("[output]\nfiles = []", Overrides::default()).expect_err("no file");
     assert!(error.contains("expected at least one file"), "{error}");
 }
+
+#[test]
+fn a_kind_that_is_set_first_takes_the_place_of_the_other_and_keeps_the_name() {
+    let text = "[camera]\nperspective = { eye = [0, 0, 5], target = [0, 0, 0] }\n\
+                [[light]]\nname = 'key'\nspot = { position = [0, 1, 2], direction = [0, -1, 0], cone_angle = 20, intensity = 3 }\n";
+    let to_disk = Overrides::default()
+        .with("light.key", "disk")
+        .with("light.key.disk.position", toml::Value::from(vec![0, 3, 0]))
+        .with("light.0.disk.direction", toml::Value::from(vec![0, -1, 0]))
+        .with("light.key.disk.radius", 2)
+        .with("light.key.disk.power", 9);
+    let desc = read(text, to_disk).expect("a scene");
+    assert_eq!(desc.lights[0].light.name(), "disk");
+    assert_eq!(
+        desc.lights[0].name.as_ref().map(|name| name.get_ref().as_str()),
+        Some("key")
+    );
+    let missing = read(text, Overrides::default().with("light.key", "disk")).unwrap_err();
+    assert!(missing.contains("missing field"), "{missing}");
+}
+
+#[test]
+fn a_list_that_is_too_long_is_refused_in_every_scene_of_a_kind() {
+    let mut lists = 0;
+    for entry in std::fs::read_dir(concat!(env!("CARGO_MANIFEST_DIR"), "/scenes/kinds")).expect("a folder") {
+        let path = entry.expect("a file").path();
+        if path.extension().is_none_or(|extension| extension != "toml") {
+            continue;
+        }
+        let text = std::fs::read_to_string(&path).expect("a text");
+        let is_of_list = |c: char| c.is_ascii_digit() || "+-.e_, ".contains(c);
+        for (end, _) in text.match_indices(']') {
+            let numbers = text[..end].rsplit('[').next().unwrap_or_default();
+            if numbers.is_empty() || !numbers.chars().all(is_of_list) {
+                continue;
+            }
+            let longer = format!("{}, 0{}", &text[..end], &text[end..]);
+            let refused = parse(Source::new(path.clone(), longer));
+            let message = refused.err().map(|e| e.to_string()).unwrap_or_default();
+            assert!(
+                message.contains("expected"),
+                "{}: [{numbers}, 0] is read",
+                path.display()
+            );
+            lists += 1;
+        }
+    }
+    assert!(lists > 100, "{lists}");
+}

@@ -19,13 +19,13 @@ use batch_render::{
         bitmap::Storage,
         image::{ImagePattern, TextureFilter, Wrap},
     },
-    value::{Point, Spanned},
+    value::{List, Point, Spanned},
 };
 
 fn quad(corners: [Vec3; 4]) -> Shape {
     let corners = corners.map(|p| Point(p.as_dvec3()));
     let desc = QuadDesc {
-        corners: Spanned::new(0..0, corners),
+        corners: Spanned::new(0..0, List(corners)),
     };
     let quad: Quad = desc.compile(DVec3::ZERO).expect("a quad");
     Shape::Quad(quad)

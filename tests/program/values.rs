@@ -279,6 +279,22 @@ fn columns_of_a_camera_path_set_values_and_the_camera_has_one_source() {
 }
 
 #[test]
+fn a_turntable_moves_the_camera_alone() {
+    let folder = folder(SCENE);
+    for column in ["camera.perspective.eye.x", "camera.perspective.fov"] {
+        folder.write("c.csv", &format!("frame,{column}\n1,1\n2,60\n"));
+        let message = folder.fail(
+            65,
+            &["s.toml", "-o", "g.####.exr", "--turntable", "2", "--values", "c.csv"],
+        );
+        assert!(
+            message.contains(&format!("c.csv: {column} is set by the turntable")),
+            "{message}"
+        );
+    }
+}
+
+#[test]
 fn a_wrong_cell_is_refused_with_its_row_and_column() {
     let cases = [
         (

@@ -62,6 +62,14 @@ pub(in crate::batch) fn cameras(
             (None, None, Some(values)) => (values.frames(), "the table of values".to_owned()),
             (None, None, None) => (1..=1, "the scene's own camera, which has frame 1 only".to_owned()),
         };
+        if let (Some(_), Some((name, table))) = (request.turntable, values.and_then(|values| values.of_camera().next()))
+        {
+            return Err(Error::SetTwice {
+                path: table.clone(),
+                name: name.to_owned(),
+                other: "the turntable".to_owned(),
+            });
+        }
         let first = *all.start() as f64;
         let camera = own.at(first)?.ok_or_else(|| Error::NoCamera {
             path: desc.source.path.clone(),

@@ -66,6 +66,34 @@ fn words_truths_and_mixed_cells_hold() {
 }
 
 #[test]
+fn a_cell_means_the_same_whatever_the_others_of_its_column_are() {
+    let table = |cells: &str| format!("frame,object.a.b.visible\n{cells}");
+    assert_eq!(
+        at(&table("0,1\n1,true\n2,0\n"), &[0.0, 1.0, 2.0]),
+        ["true", "true", "false"]
+    );
+    let mixed = read(&table("0,1\n1,true\n2,0.5\n")).unwrap_err();
+    assert!(
+        mixed.starts_with("v.csv:4: object.a.b.visible: invalid type"),
+        "{mixed}"
+    );
+    let numbers = read(&table("0,1\n1,0.5\n2,0\n")).unwrap_err();
+    assert!(
+        numbers.starts_with("v.csv:3: object.a.b.visible: invalid type"),
+        "{numbers}"
+    );
+}
+
+#[test]
+fn one_number_of_a_list_by_two_letters_is_refused_with_both() {
+    let twice = read("frame,material.m.matte.albedo.r,material.m.matte.albedo.x\n0,1,1\n").unwrap_err();
+    assert!(
+        twice.contains("`material.m.matte.albedo.r` is the same value"),
+        "{twice}"
+    );
+}
+
+#[test]
 fn times_are_frames_by_the_frame_rate() {
     let values = read("time,light.key.point.intensity\n0.1,1\n0.32,2\n").expect("values");
     assert_eq!(values.frames(), 1..=3);

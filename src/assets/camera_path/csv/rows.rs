@@ -11,7 +11,7 @@ use crate::{
         lens::{Aperture, FieldOfView, Sensor},
         path::{Interp, MAX_FRAME, Orientation, PathKey, Rotation, Shutter},
     },
-    value::{UnknownName, one_of},
+    value::{UnknownName, one_line, one_of},
 };
 
 use super::{
@@ -21,6 +21,9 @@ use super::{
 
 /// The largest difference of a quaternion's length from 1.
 const UNIT_TOLERANCE: f64 = 1e-3;
+
+/// The most characters of a cell that a message shows.
+const MOST_SHOWN: usize = 80;
 
 /// The rounding of times that are given in milliseconds, in seconds.
 const TIME_TOLERANCE: f64 = 0.5e-3;
@@ -134,7 +137,9 @@ impl<'a> Cells<'a> {
     /// The number in a cell; `None` if the cell is empty or invalid.
     pub fn number(&mut self, column: usize) -> Option<f64> {
         let (_, cell) = self.text(Some(column))?;
-        let wrong = match cell.parse::<f64>() {
+        let number = cell.parse::<f64>();
+        let cell = one_line(cell, MOST_SHOWN);
+        let wrong = match number {
             Ok(v) if !v.is_finite() => format!("'{cell}' is not finite"),
             Ok(v) if v.abs() > f64::from(f32::MAX) => format!("'{cell}' is too large"),
             Ok(v) => return Some(v),
