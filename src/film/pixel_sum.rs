@@ -85,10 +85,11 @@ impl HalfSums {
             .map_or([0.0; 4], PixelSum::resolve)
     }
 
-    /// The variance of the mean of both halves, if they are independent: `((a - b) / 2)^2`; 0 if one has no samples.
+    /// The variance of the mean of both halves, if they are independent: `((a - b) / 2)^2`, and no larger than numbers can be; 0 if
+    /// one has no samples.
     pub fn variance(&self) -> [f32; 3] {
         let (a, b) = (self.mean(0), self.mean(1));
-        std::array::from_fn(|c| (0.5 * (a[c] - b[c])).powi(2))
+        std::array::from_fn(|c| (0.5 * (a[c] - b[c])).powi(2).min(f32::MAX))
     }
 }
 
@@ -116,7 +117,7 @@ impl Moments {
     /// The variance of `mean`, the mean of these samples, if they are independent; 0 for fewer than two.
     ///
     /// For samples `l` with weights `w` the weighted mean m has the variance `sum(w^2 (l - m)^2) / sum(w)^2`, to first order, times
-    /// `n / (n - 1)`; all weights are 1 or -1.
+    /// `n / (n - 1)`; all weights are 1 or -1. It is no larger than numbers can be.
     pub fn variance(&self, mean: [f32; 3]) -> [f32; 3] {
         if self.count < 2 {
             return [0.0; 3];
@@ -127,7 +128,8 @@ impl Moments {
         std::array::from_fn(|c| {
             let m = f64::from(mean[c]);
             let deviation = self.squares[c] - 2.0 * m * self.sum[c] + n * m * m;
-            (deviation.max(0.0) / (weight * weight) * n / (n - 1.0)) as f32
+            let variance = deviation.max(0.0) / (weight * weight) * n / (n - 1.0);
+            variance.min(f64::from(f32::MAX)) as f32
         })
     }
 }
@@ -168,6 +170,20 @@ mod tests {
         // The squared deviations from 3 sum to 14, over 4 * 3.
         assert_eq!(moments.variance([r, g, b]), [14.0 / 12.0, 0.0, 0.0]);
         assert_eq!(Moments::default().variance([0.0; 3]), [0.0; 3]);
+    }
+
+    #[test]
+    fn the_variance_of_finite_light_is_finite() {
+        let (mut sum, mut moments, mut halves) = (PixelSum::default(), Moments::default(), HalfSums::default());
+        for (half, l) in [0.0, 1e38].into_iter().enumerate() {
+            sum.add(Rgb::gray(l), 1.0, 1.0);
+            moments.add(Rgb::gray(l), 1.0);
+            halves.add(half, Rgb::gray(l), 1.0, 1.0);
+        }
+        let [r, g, b, _] = sum.resolve();
+        assert_eq!(r, 0.5e38);
+        assert_eq!(moments.variance([r, g, b]), [f32::MAX; 3]);
+        assert_eq!(halves.variance(), [f32::MAX; 3]);
     }
 
     #[test]
