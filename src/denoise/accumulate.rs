@@ -7,6 +7,7 @@ use super::{
     blur,
     choose::{LEAST_ERROR, OF_MEAN, error_weights},
     frame::Frame,
+    layers,
     level::{levels, share},
     lighting,
     nlm::{PATCH_RADIUS, difference, weight},
@@ -26,6 +27,7 @@ pub(super) fn accumulate(own: &Frame, others: &[&Frame], simd: Isa) -> (Signal, 
     let own_levels = levels(&own.signal.halves, own.size);
     let mut weights = [vec![1.0; pixels], vec![1.0; pixels]];
     let mut total = vec![1.0; pixels];
+    let mut layer_totals = vec![total.clone(); sum.light.len()];
     let mut albedos: Option<AlbedoMean> = None;
     for other in others {
         let Some(Reprojected {
@@ -41,11 +43,14 @@ pub(super) fn accumulate(own: &Frame, others: &[&Frame], simd: Isa) -> (Signal, 
             (true, _) => (None, found, Kind::Still),
             (false, None) => (None, without_shifts(own, &signal, found), Kind::CameraMoves),
             (false, Some(albedo)) => {
-                let plain = signal.clone();
+                let plain = signal.without_layers();
                 let albedos = albedos.get_or_insert_with(|| AlbedoMean::new(own));
                 albedos.bring((&mut signal, albedo), &found, own.size);
+                // The layers follow their own light.
+                let light = std::mem::take(&mut signal.light);
                 let mut tested = lighting::nearer(own, plain, &signal);
                 let found = lighting::follow(own, [&mut tested, &mut signal], &found);
+                signal.light = light;
                 (Some(tested), found, Kind::SceneMoves)
             }
         };
@@ -69,8 +74,15 @@ pub(super) fn accumulate(own: &Frame, others: &[&Frame], simd: Isa) -> (Signal, 
             add(&mut sum.halves[half], &signal.halves[half], &by_half[half], simd);
             add_to(&mut weights[half], &by_half[half]);
         }
-        for (sum, layer) in sum.light.iter_mut().zip(&signal.light) {
-            add(sum, layer, &both, simd);
+        let by_layer = match own.is_of_scene_of(other) {
+            true => Vec::new(),
+            false => layers::follow(&own.signal.light, &mut signal.light, (&both, own.size)),
+        };
+        let layers = sum.light.iter_mut().zip(&mut layer_totals).zip(&signal.light);
+        for (i, ((sum, total), layer)) in layers.enumerate() {
+            let weights = by_layer.get(i).unwrap_or(&both);
+            add(sum, layer, weights, simd);
+            add_to(total, weights);
         }
         add(&mut sum.variance, &signal.variance, &squares, simd);
         add_to(&mut total, &both);
@@ -78,8 +90,8 @@ pub(super) fn accumulate(own: &Frame, others: &[&Frame], simd: Isa) -> (Signal, 
     for (half, weights) in sum.halves.iter_mut().zip(&weights) {
         divide(half, weights);
     }
-    for layer in &mut sum.light {
-        divide(layer, &total);
+    for (layer, total) in sum.light.iter_mut().zip(&layer_totals) {
+        divide(layer, total);
     }
     let squares: Vec<f32> = weights[0].iter().zip(&weights[1]).map(|(a, b)| a * b).collect();
     divide(&mut sum.variance, &squares);

@@ -96,20 +96,34 @@ pub(super) fn exact(own: &Frame) -> Vec<bool> {
 /// Makes the layers of each family sum to the beauty: weights by one half averaged the other half there, but all samples here.
 pub(super) fn scale_families(own: &Frame, denoised: &mut Denoised) {
     for family in &own.families {
-        scale_to_sum(&denoised.beauty, &mut denoised.light, family);
+        scale_to_sum(own, denoised, family);
     }
 }
 
-fn scale_to_sum(beauty: &Color, light: &mut [Color], family: &[usize]) {
+fn scale_to_sum(own: &Frame, Denoised { beauty, light, .. }: &mut Denoised, family: &[usize]) {
     for c in 0..3 {
+        // Where the layers are black, a layer gets light as it has light in the whole frame: none where its lamps are off.
+        let in_frame = |layer: &usize| -> f64 {
+            let pixels = own.signal.light[*layer][c].iter().zip(&own.modulation[c]);
+            pixels.map(|(light, by)| f64::from(light * by)).sum::<f64>().max(0.0)
+        };
+        let all: f64 = family.iter().map(in_frame).sum();
+        let part = |layer: &usize| {
+            if all > 0.0 {
+                in_frame(layer) / all
+            } else {
+                1.0 / family.len() as f64
+            }
+        };
+        let parts: Vec<f32> = family.iter().map(|layer| part(layer) as f32).collect();
         for (i, beauty) in beauty[c].iter().enumerate() {
             let sum: f32 = family.iter().map(|layer| light[*layer][c][i]).sum();
-            for layer in family {
+            for (layer, part) in family.iter().zip(&parts) {
                 let value = &mut light[*layer][c][i];
                 if sum > 0.0 {
                     *value *= beauty / sum;
                 } else {
-                    *value += (beauty - sum) / family.len() as f32;
+                    *value += part * (beauty - sum);
                 }
             }
         }

@@ -123,6 +123,11 @@ impl Frame {
         };
     }
 
+    /// Whether both show one scene: the same things under the same light.
+    pub(super) fn is_of_scene_of(&self, other: &Self) -> bool {
+        self.scene.is_some() && self.scene == other.scene
+    }
+
     /// 1 where both halves of the samples meet something, so that their difference is noise; else 0.
     pub(super) fn tells_noise(&self, i: usize) -> f32 {
         f32::from(self.alpha_halves.iter().all(|half| half[i] > 0.0))

@@ -11,8 +11,9 @@
 //!
 //! Everything works on the halves of each pixel's samples: weights from one half average the other, so that a pixel's noise
 //! does not choose its own neighbours, and the difference of the results measures the noise that is left. Light is divided by
-//! the albedo before and multiplied afterwards, so textures stay sharp. All light layers get the weights of the beauty. The alpha is
-//! filtered as a picture of its own, and light over alpha apart from it (`coverage`).
+//! the albedo before and multiplied afterwards, so textures stay sharp. All light layers get the weights of the beauty, and
+//! less of frames in which lamps or objects have changed them (`layers`). The alpha is filtered as a picture of its own, and light
+//! over alpha apart from it (`coverage`).
 //!
 //! Sources: Rousselle, Knaus, Zwicker, "Adaptive Rendering with Non-Local Means Filtering", SIGGRAPH Asia 2012,
 //! doi:10.1145/2366145.2366214; Rousselle, Manzi, Zwicker, "Robust Denoising using Feature and Color Information", Pacific
@@ -27,6 +28,7 @@ mod coverage;
 mod denoised;
 mod error;
 mod frame;
+mod layers;
 mod learned;
 mod level;
 mod lighting;

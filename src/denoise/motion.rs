@@ -51,7 +51,7 @@ impl<'a> Way<'a> {
     /// The way from `own` to `other` by the frames `between`, in the order of the way. `None` where nothing moves, a frame has no
     /// vectors, or one is missing.
     pub fn new(own: &'a Frame, between: impl Iterator<Item = &'a Frame>, other: &'a Frame) -> Option<Self> {
-        let is_same = own.scene.is_some() && own.scene == other.scene;
+        let is_same = own.is_of_scene_of(other);
         let is_later = other.number > own.number;
         let mut from = own;
         let mut steps = Vec::new();
@@ -180,7 +180,7 @@ fn fronts(frame: &Frame) -> Vec<u32> {
 
 /// Whether the own vector of pixel `i` leads elsewhere on the way to another frame that shows another scene.
 pub(super) fn moves(own: &Frame, other: &Frame, i: usize) -> bool {
-    let is_same = own.scene.is_some() && own.scene == other.scene;
+    let is_same = own.is_of_scene_of(other);
     let is_later = other.number > own.number;
     let away = |vectors: &Vectors| vectors.away(is_later, i) != [0.0; 3];
     !is_same && own.vectors.as_ref().is_some_and(away)

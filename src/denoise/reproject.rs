@@ -113,7 +113,7 @@ pub(super) fn reproject<'a>(
 
 /// Whether the camera rests and the scene is the same.
 pub(super) fn is_still(own: &Frame, other: &Frame) -> bool {
-    rests(own, other) && own.scene.is_some() && own.scene == other.scene
+    rests(own, other) && own.is_of_scene_of(other)
 }
 
 /// The weight of a pixel of another frame by the alphas of both.

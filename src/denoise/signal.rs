@@ -14,6 +14,17 @@ pub struct Signal {
     pub light: Vec<Color>,
 }
 
+impl Signal {
+    /// A copy of the beauty alone.
+    pub(super) fn without_layers(&self) -> Self {
+        Self {
+            halves: self.halves.clone(),
+            variance: self.variance.clone(),
+            light: Vec::new(),
+        }
+    }
+}
+
 /// Black pixels.
 pub fn black(pixels: usize) -> Color {
     std::array::from_fn(|_| vec![0.0; pixels])

@@ -1,6 +1,7 @@
 //! The denoiser on pictures whose truth is known.
 
 mod alpha;
+mod layers;
 mod motion;
 
 use super::{CameraMatrices, Color, Denoised, Frame, Guides, Method, accumulate, denoise, nlm};
