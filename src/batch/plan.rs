@@ -19,7 +19,7 @@ pub(super) mod time_limit;
 pub(super) mod turntable;
 pub(super) mod values;
 
-use std::{path::PathBuf, sync::Arc};
+use std::{ops::RangeInclusive, path::PathBuf, sync::Arc};
 
 use super::{
     Policy, Request,
@@ -70,6 +70,8 @@ pub struct Plan {
     whole: Option<Vec<PlannedFrame>>,
     /// Frames that other jobs render, and that help to denoise those of this job.
     pub beside: Vec<PlannedFrame>,
+    /// The frames that the job has without a range (`--range`). Where the scene moves, a range may go beyond them.
+    pub extent: RangeInclusive<i64>,
     /// Whether other jobs render other frames of the sequence (`--range`, `--part`), whose files beside the pictures this job
     /// joins.
     pub is_chunk: bool,
@@ -143,6 +145,7 @@ impl Plan {
         let JobCameras {
             frames,
             beside,
+            extent,
             first_frame,
             first_eye,
             metering,
@@ -183,6 +186,7 @@ impl Plan {
             frames,
             whole,
             beside,
+            extent,
             is_chunk: request.range.is_some() || request.part.is_some(),
             first_frame,
             fps: fps(request),

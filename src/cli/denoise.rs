@@ -16,7 +16,7 @@ use batch_render::{
     simd::Isa,
 };
 
-use super::{choices::DenoiserKind, denoise_args::DenoiseArgs, progress::say, threads::threads};
+use super::{choices::DenoiserKind, denoise_args::DenoiseArgs, failures::list, progress::say, threads::threads};
 
 /// Runs the command.
 pub fn run(args: &DenoiseArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
@@ -74,5 +74,12 @@ impl DenoiseObserver for Lines {
 
     fn skipped(&self, frame: i32) {
         tracing::info!("frame {frame} is there already");
+    }
+
+    fn lacking(&self, frames: &[i32], missing: &[i32]) {
+        let (frames, missing) = (list(frames), list(missing));
+        tracing::warn!(
+            "denoised without the frames beside them, which are not there: {frames} (without {missing}). Once they are rendered, repeat the command"
+        );
     }
 }

@@ -1,9 +1,9 @@
 //! Failed frames: their messages, and the exit code.
 
-use std::fmt;
+use std::{collections::BTreeSet, fmt};
 
 use batch_render::{
-    batch::{FrameError, FrameRange, Summary},
+    batch::{FrameError, FrameRange, Plan, Summary},
     error::{Blame, Error},
 };
 
@@ -69,8 +69,7 @@ pub fn advice(frame: i32) -> Result<String, Error> {
 
 /// The line about frames that were denoised without those that other jobs render, of this job and of others, with the command to
 /// type once all are there.
-pub fn unfinished(summary: &Summary) -> Option<Result<String, Error>> {
-    let list = |frames: &[i32]| FrameRange::of(frames.iter().map(|frame| i64::from(*frame))).to_string();
+pub fn unfinished(summary: &Summary, plan: &Plan) -> Option<Result<String, Error>> {
     let (own, missing) = (list(&summary.unfinished), list(&summary.missing));
     let own = format!("denoised without the frames beside them, which are not there: {own} (without {missing})");
     let outdated = list(&summary.outdated);
@@ -80,12 +79,26 @@ pub fn unfinished(summary: &Summary) -> Option<Result<String, Error>> {
         .filter(|(_, frames)| !frames.is_empty())
         .map(|(fact, _)| fact)
         .collect();
-    let line = |typed| unfinished_line(typed, &facts.join("; "));
+    // Without a range the job would leave out frames beyond its extent.
+    let own = || plan.all_frames().iter().map(|frame| i64::from(frame.number));
+    let is_beyond = own().any(|frame| !plan.extent.contains(&frame));
+    let outdated = summary.outdated.iter().map(|frame| i64::from(*frame));
+    let range = is_beyond.then(|| FrameRange::of(own().chain(outdated).collect::<BTreeSet<_>>()));
+    let line = |typed| unfinished_line(typed, &facts.join("; "), range);
     (!facts.is_empty()).then(|| Replay::of_process().map(line))
 }
 
-fn unfinished_line(typed: Replay, facts: &str) -> String {
-    let replay = typed.without(&["range", "part", "part-base", "overwrite", "fail-existing"]);
+/// These frames, as `--range` has them.
+pub fn list(frames: &[i32]) -> String {
+    FrameRange::of(frames.iter().map(|frame| i64::from(*frame))).to_string()
+}
+
+/// The line with these facts and the command that denoises the frames of the range, or the whole job.
+fn unfinished_line(typed: Replay, facts: &str, range: Option<FrameRange>) -> String {
+    let mut replay = typed.without(&["range", "part", "part-base", "overwrite", "fail-existing"]);
+    if let Some(range) = range {
+        replay = replay.with("range", range.to_string());
+    }
     let command = replay
         .with("denoise-step", "denoise")
         .with_flag("skip-existing")
@@ -126,7 +139,7 @@ mod tests {
     fn the_command_for_unfinished_frames_denoises_the_whole_job() {
         let typed = "b s.toml --frames p.csv --part 1/4 --part-base 0 -r 1-9 --denoise --denoise-step denoise --overwrite -o f.#.exr";
         let replay = Replay::parse(typed.split(' ').map(Into::into)).expect("the command line is right");
-        let line = unfinished_line(replay, "not there: 8-9 (without 10,11)");
+        let line = unfinished_line(replay, "not there: 8-9 (without 10,11)", None);
         let (facts, command) = line.split_once(" Once all frames are rendered: ").expect("a command");
         assert!(facts.ends_with(": 8-9 (without 10,11)."), "{facts}");
         let words = "b s.toml --frames=p.csv --output=f.#.exr --denoise=nlm --denoise-step=denoise --skip-existing";

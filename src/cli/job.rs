@@ -161,7 +161,7 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let preview = preview.and_then(|preview| pool.install(|| preview.finish(&cancel)).err());
     let closing = done.as_ref().map(|summary| summary::lines(summary, &job));
     progress.finish(state, closing.as_deref().ok());
-    if let Some(line) = done.iter().find_map(failures::unfinished) {
+    if let Some(line) = done.iter().find_map(|summary| failures::unfinished(summary, plan)) {
         tracing::warn!("{}", line?);
     }
     for line in done.iter().flat_map(summary::invalid) {

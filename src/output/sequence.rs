@@ -96,6 +96,17 @@ impl FilePattern {
         })
     }
 
+    /// The number at the end of the name of one file, before its extension: 7 in `f.0007.exr`.
+    pub fn number(&self) -> Option<i32> {
+        let name = Path::new(&self.before).file_stem()?.to_str()?;
+        let digits = name.trim_end_matches(|c: char| c.is_ascii_digit());
+        // A sign stands alone: `shot-7` is shot 7.
+        let sign = digits
+            .strip_suffix('-')
+            .filter(|rest| rest.is_empty() || rest.ends_with('.'));
+        name[sign.map_or(digits.len(), str::len)..].parse().ok()
+    }
+
     /// The same names in a folder of this name, inside of their own.
     ///
     /// # Errors
@@ -373,6 +384,22 @@ mod tests {
         assert_eq!(file("%4d.exr", 3), "%4d.exr");
         assert!(!FilePattern::parse("single.exr").unwrap().has_frame());
         assert_eq!(file("single.exr", 3), "single.exr");
+    }
+
+    #[test]
+    fn the_number_of_one_file_is_at_the_end_of_its_name() {
+        let names = [
+            ("n/f.0007.exr", Some(7)),
+            ("shot2-12.exr", Some(12)),
+            ("f.-03.exr", Some(-3)),
+            ("-3.exr", Some(-3)),
+            ("f.exr", None),
+            ("take 2/f2b.exr", None),
+            ("f.99999999999.exr", None),
+        ];
+        for (name, number) in names {
+            assert_eq!(FilePattern::parse(name).unwrap().number(), number, "{name}");
+        }
     }
 
     #[test]

@@ -365,3 +365,51 @@ fn a_job_keeps_motion_vectors_for_its_denoiser_where_objects_move_and_parts_have
         assert!(whole == apart, "{i}");
     }
 }
+
+#[test]
+fn frames_beyond_a_table_are_not_missed_and_its_own_are() {
+    let folder = Folder::new();
+    folder.write("s.toml", MOVING);
+    folder.write("v.csv", "frame,object.card.transform.translate.x\n1,-0.6\n4,0.6\n");
+    let job = |range| words(&["s.toml --progress none --samples 2 --denoise -o", range]);
+    assert_eq!(unfinished(&folder, &job("a/f.#.exr -r 1-4")), [""; 0]);
+    let [line] = &unfinished(&folder, &job("b/f.#.exr -r 3,4"))[..] else {
+        panic!("no line")
+    };
+    assert!(
+        line.contains(": 3,4 (without 1,2)") && !line.contains("--range"),
+        "{line}"
+    );
+    // A command without the range would leave out frames 5 and 6.
+    let [line] = &unfinished(&folder, &job("c/f.#.exr -r 3-6"))[..] else {
+        panic!("no line")
+    };
+    assert!(
+        line.contains(": 3,4 (without 1,2)") && line.contains("--range=3-6"),
+        "{line}"
+    );
+}
+
+#[test]
+fn one_file_keeps_its_number_and_a_missing_frame_beside_is_named() {
+    let folder = rendered(&["-r", "1-3,5"]);
+    folder.succeed(&words(&["denoise n.3.exr -o q.##.exr -q"]));
+    assert!(folder.path("q.03.exr").exists() && !folder.path("q.00.exr").exists());
+    folder.succeed(&words(&["denoise n.3.exr -o q.##.exr --range 12"]));
+    assert!(folder.read("q.12.exr") == folder.read("q.03.exr"));
+    std::fs::copy(folder.path("n.3.exr"), folder.path("n.exr")).expect("it is there");
+    let error = folder.fail(2, &words(&["denoise n.exr -o p.#.exr"]));
+    assert!(
+        error.contains("p.#.exr needs a number") && error.contains("--range"),
+        "{error}"
+    );
+    let said = |range: &str| {
+        let output = folder.run(&words(&["denoise n.#.exr -o d.#.exr --range", range]));
+        assert!(output.status.success(), "{}", stderr(&output));
+        stderr(&output)
+    };
+    let line = said("1,2");
+    assert!(line.contains("not there: 2 (without 4). Once"), "{line}");
+    assert!(!said("1").contains("without"));
+    assert!(!said("2 --temporal 1").contains("without"));
+}

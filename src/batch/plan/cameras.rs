@@ -35,6 +35,8 @@ pub(in crate::batch) struct JobCameras {
     pub frames: Vec<(i32, FrameCamera)>,
     /// Those of the frames that are not rendered and help to denoise others.
     pub beside: Vec<(i32, FrameCamera)>,
+    /// The frames without a range.
+    pub extent: RangeInclusive<i64>,
     /// The first frame, whichever frames are rendered.
     pub first_frame: f64,
     /// The first position of the camera, in m.
@@ -87,6 +89,7 @@ pub(in crate::batch) fn cameras(
                 .into_iter()
                 .map(of)
                 .collect::<Result<_, Error>>()?,
+            extent: all,
             first_frame: first,
             first_eye: scene_camera.map(|camera| camera.pose.eye()),
             metering: Some(FrameCamera::from(Camera::new(
@@ -144,6 +147,7 @@ pub(in crate::batch) fn cameras(
             .filter_map(|frame| of(frame).ok())
             .collect(),
         first_frame: *all.start() as f64,
+        extent: all,
         first_eye,
         metering,
     })

@@ -6,7 +6,7 @@
 mod layers;
 
 use std::{
-    collections::{BTreeMap, HashMap, VecDeque},
+    collections::{BTreeMap, BTreeSet, HashMap, VecDeque},
     path::{Path, PathBuf},
 };
 
@@ -29,7 +29,7 @@ use crate::{
 pub(super) const DENOISED: &str = "batch-render/denoised";
 
 /// Rises with every change of the denoiser that changes pixels.
-const VERSION: u32 = 7;
+const VERSION: u32 = 8;
 
 /// A sequence to denoise.
 #[derive(Clone, Debug)]
@@ -58,6 +58,8 @@ pub enum Helpers {
 pub trait DenoiseObserver {
     fn done(&self, _frame: i32, _path: &Path) {}
     fn skipped(&self, _frame: i32) {}
+    /// These frames were denoised without the missing ones beside them.
+    fn lacking(&self, _frames: &[i32], _missing: &[i32]) {}
 }
 
 /// Denoises a sequence on the threads of the current rayon pool.
@@ -79,6 +81,8 @@ pub(super) trait DenoisedFrames {
     /// Returns whether the files of a frame are there, whole and with this fingerprint, and stay.
     fn keep(&self, frame: i32, fingerprint: &str) -> bool;
     fn write(&self, frame: i32, file: &ExrFile) -> Result<(), Error>;
+    /// See [`DenoiseObserver::lacking`].
+    fn lacking(&self, _frames: &[i32], _missing: &[i32]) {}
 }
 
 /// Each frame is one EXR file.
@@ -110,6 +114,10 @@ impl DenoisedFrames for OneFile<'_> {
         write(&path, file)?;
         self.observer.done(frame, &path);
         Ok(())
+    }
+
+    fn lacking(&self, frames: &[i32], missing: &[i32]) {
+        self.observer.lacking(frames, missing);
     }
 }
 
@@ -149,6 +157,10 @@ pub(super) fn denoise_into(
         }
         frames.write(*frame, &file)?;
     }
+    let (lacking, missing) = sequence.lacking(request);
+    if !missing.is_empty() {
+        frames.lacking(&lacking, &missing);
+    }
     Ok(())
 }
 
@@ -175,6 +187,24 @@ impl Sequence {
     fn inputs(&self, frame: i32, around: &[i32]) -> Vec<&Path> {
         let all = std::iter::once(&frame).chain(around);
         all.map(|frame| &*self.files[frame]).collect()
+    }
+
+    /// The frames that are denoised without one beside them that lies between frames of a complete sequence, and those that are
+    /// missing.
+    fn lacking(&self, request: &DenoiseRequest) -> (Vec<i32>, Vec<i32>) {
+        let (mut frames, mut missing) = (Vec::new(), BTreeSet::new());
+        let reach = request.options.temporal as i32;
+        if let (Some(first), Some(last)) = (self.files.keys().next(), self.files.keys().next_back())
+            && request.helpers == Helpers::Complete
+        {
+            for (frame, _) in &self.wanted {
+                let around = frame.saturating_sub(reach).max(*first)..=frame.saturating_add(reach).min(*last);
+                let absent: Vec<i32> = around.filter(|other| !self.files.contains_key(other)).collect();
+                frames.extend(absent.first().map(|_| *frame));
+                missing.extend(absent);
+            }
+        }
+        (frames, missing.into_iter().collect())
     }
 
     fn find(request: &DenoiseRequest) -> Result<Self, Error> {
@@ -219,7 +249,7 @@ impl Sequence {
     }
 }
 
-/// The files that are there, by their frames. A name without a number is that of one picture.
+/// The files that are there, by their frames. A name without a field is that of one picture, with the number at its end.
 fn files(request: &DenoiseRequest) -> Result<BTreeMap<i32, PathBuf>, Error> {
     let input = &request.input;
     if input.has_frame() {
@@ -231,7 +261,18 @@ fn files(request: &DenoiseRequest) -> Result<BTreeMap<i32, PathBuf>, Error> {
         };
     }
     let asked = request.frames.as_ref().map(FrameRange::first);
-    let frame = asked.and_then(|frame| i32::try_from(frame).ok()).unwrap_or(0);
+    let asked = asked.and_then(|frame| i32::try_from(frame).ok());
+    let frame = match asked.or_else(|| input.number()) {
+        Some(frame) => frame,
+        None if request.output.has_frame() => {
+            let message = format!(
+                "{} needs a number, and the name of the file has none (--range)",
+                request.output.as_str()
+            );
+            return Err(Error::Usage(format!("{message}: {}", input.as_str())));
+        }
+        None => 0,
+    };
     let file = Some((frame, input.path(frame))).filter(|(_, path)| path.exists());
     Ok(file.into_iter().collect())
 }

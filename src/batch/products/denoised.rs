@@ -66,7 +66,14 @@ pub(in crate::batch) fn write(
         numbers.iter().copied().filter(is_near).collect()
     };
     summary.unhelped = near(&mut failed.iter().copied()).len();
-    let is_missing = |number: &i32| !beside.contains(number);
+    // Frames beyond the sequence are not missed: no job needs to render them.
+    let own = || plan.all_frames().iter().map(|frame| i64::from(frame.number));
+    let (first, last) = (own().min(), own().max());
+    let is_in_sequence = |number: i64| {
+        first.is_none_or(|first| number >= first.min(*plan.extent.start()))
+            && last.is_none_or(|last| number <= last.max(*plan.extent.end()))
+    };
+    let is_missing = |number: &i32| !beside.contains(number) && is_in_sequence(i64::from(*number));
     summary.missing = plan
         .beside
         .iter()
