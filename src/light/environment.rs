@@ -17,8 +17,8 @@
 //!
 //! # Implementation
 //!
-//! The density of a direction follows the luminance above the mean, by an importance map of at most 256 x 128 cells; BSDF
-//! sampling finds the rest. Source: Karlik et al., "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance
+//! The density of a direction follows the luminance above the mean, by an importance map of at most 256 x 129 cells, within
+//! which bright parts are sampled as linear interpolation shows them; BSDF sampling finds the rest. Source: Karlik et al., "MIS Compensation: Optimizing Sampling Techniques in Multiple Importance
 //! Sampling", ACM TOG 38(6), 2019, doi:10.1145/3355089.3356565. An image of one colour is not sampled at all.
 
 use std::{
@@ -41,6 +41,7 @@ use importance::ImportanceMap;
 
 mod batch;
 mod importance;
+mod patch;
 #[cfg(test)]
 mod tests;
 
@@ -122,7 +123,8 @@ impl Environment {
             importance: None,
             clamped,
         };
-        environment.importance = ImportanceMap::new(&environment.luminances(), [width, height]).map(Arc::new);
+        let luminances: Vec<f32> = environment.texels.par_iter().map(|c| luminance(*c) as f32).collect();
+        environment.importance = ImportanceMap::new(&luminances, [width, height]).map(Arc::new);
         environment
     }
 
@@ -159,12 +161,7 @@ impl Environment {
 
     #[inline]
     fn pdf_at(&self, at: MapPoint) -> f32 {
-        let Some(importance) = &self.importance else {
-            return 0.0;
-        };
-        let column = (at.x as usize).min(self.width - 1);
-        let row = (at.y as usize).min(self.height - 1);
-        importance.pdf(column, row)
+        self.importance.as_ref().map_or(0.0, |importance| importance.pdf(at))
     }
 
     /// The position of the unit direction `w` on the map.
@@ -201,25 +198,6 @@ impl Environment {
             texels: [upper + left, upper + right, lower + left, lower + right],
             f: from_middle - base,
         }
-    }
-
-    /// The mean luminance within each texel, under linear interpolation. It is above 0 wherever the radiance is.
-    fn luminances(&self) -> Vec<f32> {
-        let mut luminances = vec![0.0; self.texels.len()];
-        luminances.par_chunks_mut(self.width).enumerate().for_each(|(row, to)| {
-            let rows = [row.saturating_sub(1), row, (row + 1).min(self.height - 1)];
-            let column = |i: usize| {
-                let [above, own, below] = rows.map(|j| luminance(self.texels[j * self.width + i]));
-                0.125 * (above + below) + 0.75 * own
-            };
-            let (mut left, mut own) = (column(self.width - 1), column(0));
-            for (i, to) in to.iter_mut().enumerate() {
-                let right = column((i + 1) % self.width);
-                *to = (0.125 * (left + right) + 0.75 * own) as f32;
-                (left, own) = (own, right);
-            }
-        });
-        luminances
     }
 }
 

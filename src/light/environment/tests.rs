@@ -95,8 +95,8 @@ fn samples_and_pdf_agree_and_the_density_adds_up_to_one() {
         let pdf = s.pdf.expect("it has size");
         assert!((s.li.r - e.radiance(s.wi).r).abs() < 1e-3);
         let told = e.pdf(s.wi);
-        // Between two texels rounding may take either.
-        let at = e.map_point(s.wi);
+        // Between two patches rounding may take either.
+        let at = e.map_point(s.wi) + 0.5;
         let inside = (at - at.floor() - 0.5).abs().max_element() < 0.499;
         assert!(!inside || (told / pdf - 1.0).abs() < 1e-3, "{told} is not {pdf}");
     }
@@ -112,20 +112,43 @@ fn samples_and_pdf_agree_in_cells_with_a_table_of_texels_and_without() {
     let bright = grid(70).filter(|u| {
         let s = e.sample(Plain, *u).expect("a direction");
         let (told, pdf) = (e.pdf(s.wi), s.pdf.expect("it has size"));
-        let at = e.map_point(s.wi);
+        let at = e.map_point(s.wi) + 0.5;
         let inside = (at - at.floor() - 0.5).abs().max_element() < 0.49;
         assert!(!inside || (told / pdf - 1.0).abs() < 1e-3, "{told} is not {pdf}");
         s.li.r > 100.0
     });
-    assert!((1000..4000).contains(&bright.count()));
-    let edge = |j: usize| libm::cos(PI * j as f64 / e.height as f64);
+    // The sun has 84 % of the light above the mean.
+    assert!((4000..4250).contains(&bright.count()));
+    let edge = |j: usize| libm::cos(PI * (j as f64 - 0.5).clamp(0.0, e.height as f64) / e.height as f64);
+    // Between the centres of texels the density is bilinear.
     let row = |j: usize| {
-        let at = |i: usize| MapPoint::new(i as f32 + 0.5, j as f32 + 0.5);
+        let y = libm::acos(0.5 * (edge(j) + edge(j + 1))) / PI * e.height as f64;
+        let at = |i: usize| MapPoint::new(i as f32, y as f32);
         let densities: f64 = (0..e.width).map(|i| f64::from(e.pdf_at(at(i)))).sum();
         densities * 2.0 * PI / e.width as f64 * (edge(j) - edge(j + 1))
     };
-    let integral: f64 = (0..e.height).map(row).sum();
+    let integral: f64 = (0..=e.height).map(row).sum();
     assert!((integral - 1.0).abs() < 1e-5, "{integral}");
+}
+
+#[test]
+fn samples_of_a_sun_of_few_texels_bring_the_same_light_each() {
+    // In a black sky, of 1 texel, 9 and 53, in maps whose cells have one patch and many.
+    for (radius, w, h) in [(0.5, 603, 301), (4.1, 603, 301), (0.5, 64, 32), (1.5, 64, 32)] {
+        let e = environment(w, h, |i, j| {
+            let (x, y) = (f64::from(i) - f64::from(w / 3), f64::from(j) - f64::from(h / 3));
+            f32::from(u8::from(x * x + y * y < radius * radius)) * 1e4
+        });
+        let (mut sum, mut squares, mut count) = (0.0, 0.0, 0.0);
+        for u in grid(100) {
+            let light = e
+                .sample(Plain, u)
+                .map_or(0.0, |s| f64::from(s.li.g / s.pdf.expect("it has size")));
+            (sum, squares, count) = (sum + light, squares + light * light, count + 1.0);
+        }
+        let variance = squares * count / (sum * sum) - 1.0;
+        assert!(variance < 2e-3, "{radius} of {w} x {h}: {variance}");
+    }
 }
 
 #[test]
