@@ -1,10 +1,14 @@
-//! The background: a colour, or an environment map from a file.
+//! The background: a colour, an environment map from a file, or a sky.
 
 use super::compiler::Compiler;
 use crate::{
     assets::{image::AlphaUse, model::ImageSource, store::ImageRequest},
     describe::BackgroundDesc,
-    light::environment::{Environment, EnvironmentDesc},
+    light::{
+        Light,
+        environment::{Environment, EnvironmentDesc},
+        sky::Sky,
+    },
     math::{DMat3, Rgb, WorkingSpace, transform::axis_rotation},
     scene::BackgroundRadiance,
     texture::{Bitmap, bitmap::ColorSpace},
@@ -16,11 +20,17 @@ impl Compiler<'_> {
     /// The image of the background's environment map.
     pub(super) fn environment(&mut self) -> Option<ImageRequest> {
         let background = &self.desc.background;
-        let environment = background.environment.as_ref()?;
-        if background.color.is_some() {
-            let message = "`color` and `environment` are both given";
-            self.problems.push(Problem::at(environment.span(), message));
+        let given = [
+            ("color", background.color.as_ref().map(|_| 0..0)),
+            ("environment", background.environment.as_ref().map(|own| own.span())),
+            ("sky", background.sky.as_ref().map(|own| own.span())),
+        ];
+        let mut given = given.into_iter().filter_map(|(name, span)| Some((name, span?)));
+        if let (Some((first, _)), Some((second, span))) = (given.next(), given.next()) {
+            let message = format!("`{first}` and `{second}` are both given");
+            self.problems.push(Problem::at(span, message));
         }
+        let environment = background.environment.as_ref()?;
         let file = self.desc.folder().join(environment.get_ref().file.get_ref());
         // What alpha covers does not shine the more.
         Some(ImageRequest {
@@ -28,6 +38,22 @@ impl Compiler<'_> {
             ..ImageRequest::new(ImageSource::File(file), ColorSpace::Srgb)
         })
     }
+}
+
+/// The light of a background.
+pub(super) struct BackgroundLight {
+    pub radiance: BackgroundRadiance,
+    /// The sun of a sky. It is the last of the lights.
+    pub sun: Option<Light>,
+}
+
+/// The sky of a background, if it is one.
+///
+/// # Errors
+/// A value of it is wrong.
+pub(super) fn sky(desc: &BackgroundDesc) -> Result<Option<Sky>, Problem> {
+    let given = desc.sky.as_ref();
+    given.map(|sky| sky.get_ref().compile(sky.span())).transpose()
 }
 
 /// The rotation of an environment map to the world.
@@ -45,7 +71,26 @@ pub(super) fn rotated(radiance: &BackgroundRadiance, desc: &BackgroundDesc) -> B
 }
 
 /// The background in a working space; `picture` is the image of its environment map.
-pub(super) fn radiance(
+pub(super) fn light(
+    desc: &BackgroundDesc,
+    (sky, picture): (Option<&Sky>, Option<&Bitmap>),
+    working_space: WorkingSpace,
+    warnings: &Warnings,
+) -> BackgroundLight {
+    let Some(sky) = sky else {
+        return BackgroundLight {
+            radiance: radiance(desc, picture, working_space, warnings),
+            sun: None,
+        };
+    };
+    let (environment, sun) = sky.bake(working_space);
+    BackgroundLight {
+        radiance: BackgroundRadiance::environment(environment),
+        sun: Some(sun.with_camera().into_light()),
+    }
+}
+
+fn radiance(
     desc: &BackgroundDesc,
     picture: Option<&Bitmap>,
     working_space: WorkingSpace,

@@ -3,7 +3,8 @@
 use std::cell::RefCell;
 
 use super::{
-    Error, background,
+    Error,
+    background::{self, BackgroundLight},
     compiler::Compiler,
     materials::warn_of_gain,
     models,
@@ -20,6 +21,7 @@ use crate::{
         store::{EnvironmentKey, ImageRequest, ModelRequest},
     },
     describe::{Diagnostics, SceneDesc},
+    light::sky::Sky,
     material::Material,
     math::{ColorConversion, DVec3},
     scene::{Background, SceneBuilder},
@@ -35,6 +37,7 @@ struct Compiled {
     placed: Vec<PlacedModel>,
     /// The picture of the background's environment.
     environment: Option<ImageRequest>,
+    sky: Option<Sky>,
 }
 
 impl Compiled {
@@ -46,6 +49,7 @@ impl Compiled {
         let placed = compiler.objects();
         compiler.lights();
         let environment = compiler.environment();
+        let sky = compiler.record(background::sky(&desc.background)).flatten();
         match Diagnostics::new(&desc.source, compiler.problems) {
             Some(diagnostics) => Err(Error::Invalid(diagnostics)),
             None => Ok(Self {
@@ -53,6 +57,7 @@ impl Compiled {
                 images: compiler.images,
                 placed,
                 environment,
+                sky,
             }),
         }
     }
@@ -123,6 +128,7 @@ pub fn load_moving(
         mut images,
         placed,
         environment,
+        sky,
     } = compiled;
     let memory = store.files().memory();
     memory.release(MemoryKind::Shapes);
@@ -179,8 +185,11 @@ pub fn load_moving(
     if let Some(group) = &desc.background.group {
         scene.set_background_light_group(group.as_str());
     }
-    let (environment, radiance) = match kept {
-        Some((key, radiance)) => (Some(key), background::rotated(&radiance, &desc.background)),
+    let (environment, BackgroundLight { radiance, sun }) = match kept {
+        Some((key, radiance)) => {
+            let radiance = background::rotated(&radiance, &desc.background);
+            (Some(key), BackgroundLight { radiance, sun: None })
+        }
         None => {
             let (key, picture) = picture.unzip();
             let key = key.flatten().map(|picture| EnvironmentKey {
@@ -189,10 +198,13 @@ pub fn load_moving(
                 working_space,
             });
             let given = &desc.background;
-            let radiance = background::radiance(given, picture.as_ref(), working_space, store.warnings());
-            (key, radiance)
+            let sources = (sky.as_ref(), picture.as_ref());
+            (key, background::light(given, sources, working_space, store.warnings()))
         }
     };
+    if let Some(sun) = sun {
+        scene.background_light(sun);
+    }
     scene.set_background(Background {
         radiance,
         visible: desc.background.visible,

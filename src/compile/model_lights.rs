@@ -47,6 +47,8 @@ pub(super) fn describe(light: &ModelLight, place: DAffine3, radius: Option<NonNe
             temperature: None,
             exposure: None,
             angle: None,
+            limb_darkening: false,
+            camera: false,
         }),
     })
 }

@@ -6,7 +6,8 @@
 use std::collections::BTreeSet;
 
 use super::{
-    Error, background,
+    Error,
+    background::{self, BackgroundLight},
     materials::{MaterialNames, warn_of_gain},
     objects::moved_place,
 };
@@ -14,8 +15,9 @@ use crate::{
     assets::{AssetError, Store, image::AlphaUse, model::ImageSource, store::ImageRequest},
     describe::{Diagnostics, SceneDesc},
     geometry::MAX_MAGNIFICATION,
+    light::sky::Sky,
     material::{Emission, Material, MaterialId},
-    scene::{Background, BackgroundRadiance, LightId, ObjectId, Scene, SceneUpdate, ShadingUpdate},
+    scene::{Background, LightId, ObjectId, Scene, SceneUpdate, ShadingUpdate},
     texture::{Bitmap, bitmap::ColorSpace},
     value::{Problem, Spanned},
 };
@@ -27,7 +29,7 @@ pub enum Change {
     Light(usize),
     /// The light of the background, but for the file of its environment.
     Background,
-    /// The rotation of its environment.
+    /// The rotation of its environment or its sky.
     BackgroundRotation,
     BackgroundVisible,
     Transform(usize),
@@ -67,6 +69,7 @@ impl Refresher {
         let space = desc.render.working_space;
         let (mut shading, mut update) = (ShadingUpdate::default(), SceneUpdate::default());
         let names = MaterialNames::new(desc);
+        let own_lights = desc.lights.len() + usize::from(desc.background.sky.is_some());
         let mut is_alike = true;
         let mut painted = Vec::new();
         for change in changes {
@@ -91,8 +94,15 @@ impl Refresher {
                 }
                 Change::Background | Change::BackgroundRotation | Change::BackgroundVisible => {
                     let visible = desc.background.visible;
-                    match self.radiance(scene, desc, changes, store).map_err(Error::Assets)? {
-                        Some(radiance) => shading.background = Some(Background { radiance, visible }),
+                    let Some(sky) = background::sky(&desc.background).map_err(&mut keep).ok() else {
+                        continue;
+                    };
+                    match self.light(scene, (desc, sky), changes, store).map_err(Error::Assets)? {
+                        Some(BackgroundLight { radiance, sun }) => {
+                            shading.background = Some(Background { radiance, visible });
+                            let last = LightId((scene.lights.all().len() as u32).saturating_sub(1));
+                            shading.lights.extend(sun.map(|sun| (last, sun)));
+                        }
                         None => is_alike = false,
                     }
                 }
@@ -110,7 +120,7 @@ impl Refresher {
                     }
                 }
                 // The lights of models would have to move along.
-                Change::Transform(_) if scene.lights.all().len() > desc.lights.len() => is_alike = false,
+                Change::Transform(_) if scene.lights.all().len() > own_lights => is_alike = false,
                 Change::Transform(at) if !desc.objects[at].visible => {}
                 Change::Transform(at) => {
                     let place = moved_place(&desc.objects[at], scene.origin).map_err(&mut keep).ok();
@@ -136,24 +146,25 @@ impl Refresher {
     }
 
     /// The light of the background of `desc`; `None` if the scene has to be compiled again for it.
-    fn radiance(
+    fn light(
         &mut self,
         scene: &Scene,
-        desc: &SceneDesc,
+        (desc, sky): (&SceneDesc, Option<Sky>),
         changes: &BTreeSet<Change>,
         store: &Store,
-    ) -> Result<Option<BackgroundRadiance>, Vec<AssetError>> {
+    ) -> Result<Option<BackgroundLight>, Vec<AssetError>> {
         let old = &scene.shading.background.radiance;
-        if !changes.contains(&Change::Background) {
-            return Ok(Some(background::rotated(old, &desc.background)));
+        if sky.is_none() && !changes.contains(&Change::Background) {
+            let radiance = background::rotated(old, &desc.background);
+            return Ok(Some(BackgroundLight { radiance, sun: None }));
         }
         // Alone the picture may get another resolution than among all images.
         if desc.background.environment.is_some() && !store.halved().is_empty() {
             return Ok(None);
         }
         let (space, warnings) = (desc.render.working_space, store.warnings());
-        let picture = self.picture(desc, store)?;
-        Ok(Some(background::radiance(&desc.background, picture, space, warnings)))
+        let sources = (sky.as_ref(), self.picture(desc, store)?);
+        Ok(Some(background::light(&desc.background, sources, space, warnings)))
     }
 
     /// The picture of the environment of the background, which is read once.

@@ -83,7 +83,7 @@ const KINDS: &[(&[&str], &str, &str)] = &[
     (
         &["constant", "environment", "envmap", "infinite", "dome", "sky", "hdri"],
         "sun",
-        "light from all around is the table [background]: `color` or `environment`",
+        "light from all around is the table [background]: `color`, `environment` or `sky`",
     ),
     (
         &["pinhole", "thinlens", "lens", "persp", "realistic"],

@@ -34,7 +34,7 @@ use serde::Deserialize;
 use super::{LightGroupName, OutputDesc, PartsDesc, RenderDesc, Source, rotation::RotationDesc};
 use crate::{
     camera::{CameraDesc, path::Shutter},
-    light::{LightDesc, environment::EnvironmentDesc},
+    light::{LightDesc, environment::EnvironmentDesc, sky::SkyDesc},
     material::MaterialDesc,
     math::{Transform, transform},
     scene::RayVisibility,
@@ -113,6 +113,7 @@ impl SceneDesc {
 /// |---|---|---|---|
 /// | `color` | number or `[r, g, b]`: a constant radiance | W m^-2 sr^-1 | black |
 /// | `environment` | an environment map, instead of `color` | | none |
+/// | `sky` | a clear sky with its sun, instead of `color` | | none |
 /// | `visible` | whether the camera sees the background; if not, R, G, B and A are 0 there. It lights the scene all the same | | `true` |
 /// | `group` | the name of its light group, see `[[light]]` | | none |
 ///
@@ -125,13 +126,14 @@ impl SceneDesc {
 pub struct BackgroundDesc {
     pub color: Option<RgbFactor>,
     pub environment: Option<Spanned<EnvironmentDesc>>,
+    pub sky: Option<Box<Spanned<SkyDesc>>>,
     pub visible: bool,
     pub group: Option<LightGroupName>,
 }
 
 impl BackgroundDesc {
     /// The names of the kinds of background.
-    pub const NAMES: &[&str] = &["color", "environment"];
+    pub const NAMES: &[&str] = &["color", "environment", "sky"];
 }
 
 impl Default for BackgroundDesc {
@@ -139,6 +141,7 @@ impl Default for BackgroundDesc {
         Self {
             color: None,
             environment: None,
+            sky: None,
             visible: true,
             group: None,
         }
@@ -199,7 +202,7 @@ pub struct MaterialEntry {
 ///
 /// The pass `lightgroup_NAME` shows what the lights, the emitting objects and the background of a group add to the picture.
 ///
-/// Objects with a material that emits light, and an environment map, light the scene as well. Each shadow ray goes to one
+/// Objects with a material that emits light, an environment map and a sky light the scene as well. Each shadow ray goes to one
 /// light, chosen by how much it may contribute, so thousands of lights cost about as much as ten. An infinite `plane` that
 /// emits light is found by chance only. Lights with a surface (`rect`, `disk`, `sphere`, `tube`, points and spots with a `radius`) cast
 /// soft shadows and block nothing; the camera sees them only where they say so. The `whitted` integrator samples lights differently: see its page.

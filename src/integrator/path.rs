@@ -271,10 +271,10 @@ impl PathTracer {
                 scene.shading.light_groups.of_background()
             });
         }
-        if path.depth > 1 {
-            // The camera does not see suns.
+        if path.depth > 1 || scene.lights.has_visible_suns() {
             for (sun, l, pdf) in scene.suns(&receiver(context), w) {
-                if !context.arrives(LightOrigin::Light(sun)) {
+                let is_unseen = path.depth == 1 && !scene.lights.all()[sun.0 as usize].is_seen_by_camera();
+                if is_unseen || !context.arrives(LightOrigin::Light(sun)) {
                     continue;
                 }
                 let weight = self.strategy.weight_of_bsdf(path.last.pdf, || pdf);

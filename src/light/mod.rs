@@ -22,6 +22,7 @@ pub mod lamp;
 mod light_block;
 pub mod point;
 pub mod rect;
+pub mod sky;
 pub mod sphere;
 pub mod spot;
 pub mod sun;
@@ -88,6 +89,11 @@ pub trait LightKind {
         false
     }
 
+    /// Whether the camera sees the disk of [`LightKind::radiance_towards`].
+    fn is_seen_by_camera(&self) -> bool {
+        false
+    }
+
     /// The radiance that arrives from infinity against the unit direction `w`, in W m^-2 sr^-1, and the density with which
     /// [`LightKind::sample`] samples `w`, in sr^-1; `None` outside of the disk and for a light without size.
     fn radiance_towards(&self, _w: Vec3) -> Option<(Rgb, f32)> {
@@ -130,6 +136,8 @@ kinds! {
     fn put_in_block(&self, lane: usize, block: &mut AreaBlock) -> bool;
     /// See [`LightKind::radiance_towards`].
     fn radiance_towards(&self, w: Vec3) -> Option<(Rgb, f32)>;
+    /// See [`LightKind::is_seen_by_camera`].
+    fn is_seen_by_camera(&self) -> bool;
 }
 
 /// The decrease of the irradiance with distance.

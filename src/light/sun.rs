@@ -7,20 +7,25 @@
 //! | `temperature` | of a black body, which colours the light and keeps its luminance, from 500 to 100000 | K | white |
 //! | `exposure` | number of stops: the light is `2^exposure` times as strong | | 0 |
 //! | `angle` | diameter of the sun's disk, from 0 to 90; the real sun has 0.53 | degrees | 0 |
+//! | `limb_darkening` | whether the disk is darker at its rim, as that of the real sun | | `false` |
+//! | `camera` | whether the camera sees the disk before a visible background, with the `path` integrator | | `false` |
 //!
 //! ```toml
 //! [[light]]
 //! sun = { direction = [-1, -2, -1], irradiance = [3, 3, 2.8], angle = 0.53 }
 //! ```
 //!
-//! With an `angle` the sun is a disk of constant radiance, irradiance / (pi sin^2(angle / 2)), and casts soft shadows. The
-//! camera does not see the disk, as in Blender; mirrors show it with the `path` integrator.
+//! With an `angle` the sun is a disk of constant radiance, irradiance / (pi sin^2(angle / 2)), and casts soft shadows.
+//! Mirrors show it with the `path` integrator, whether the camera sees it or not. With `limb_darkening` the radiance is that
+//! of the centre times 0.3 + m (0.93 - 0.23 m), where m = sqrt(1 - r^2) at the part r of the radius: the law at 550 nm of
+//! Cox, "Allen's Astrophysical Quantities", 2000. The irradiance is the same. A [sky](../background/sky.md) brings a sun of
+//! its own.
 
 use std::f32::consts::{PI, TAU};
 
 use serde::Deserialize;
 
-use super::{LightBounds, LightKind, LightSample, temperature};
+use super::{Light, LightBounds, LightKind, LightSample, temperature};
 use crate::{
     math::{DVec3, Frame, Rgb, Vec2, Vec3, WorkingSpace, trig},
     value::{Direction, Finite, NonNegative, Positive, Problem, RgbFactor, Spanned},
@@ -35,6 +40,10 @@ pub struct SunDesc {
     pub exposure: Option<Finite>,
     #[serde(default)]
     pub angle: Option<Spanned<NonNegative>>,
+    #[serde(default)]
+    pub limb_darkening: bool,
+    #[serde(default)]
+    pub camera: bool,
 }
 
 impl SunDesc {
@@ -45,7 +54,11 @@ impl SunDesc {
             return Err(Problem::at(given.span(), message));
         }
         let irradiance = self.irradiance.0 * temperature::factor(&self.temperature, self.exposure)?;
-        Ok(SunLight::new(self.direction.0, irradiance).with_angle(trig::radians(angle)))
+        Ok(SunLight {
+            is_dark_at_limb: self.limb_darkening,
+            camera: self.camera,
+            ..SunLight::new(self.direction.0, irradiance).with_angle(trig::radians(angle))
+        })
     }
 }
 
@@ -57,6 +70,9 @@ pub struct SunLight {
     pub irradiance: Rgb,
     /// 1 - cos of its angular radius; 0 for a sun without size.
     height: f32,
+    is_dark_at_limb: bool,
+    /// Whether the camera sees it.
+    camera: bool,
 }
 
 impl SunLight {
@@ -66,7 +82,27 @@ impl SunLight {
             direction,
             irradiance,
             height: 0.0,
+            is_dark_at_limb: false,
+            camera: false,
         }
+    }
+
+    /// The same sun, darker at its rim.
+    pub fn with_limb_darkening(self) -> Self {
+        Self {
+            is_dark_at_limb: true,
+            ..self
+        }
+    }
+
+    /// The same sun, seen by the camera.
+    pub fn with_camera(self) -> Self {
+        Self { camera: true, ..self }
+    }
+
+    /// The light among others.
+    pub fn into_light(self) -> Light {
+        Light::Sun(self)
     }
 
     /// The same sun with the angular diameter `angle`, in radians, at most pi / 2.
@@ -83,10 +119,17 @@ impl SunLight {
         1.0 / (TAU * self.height)
     }
 
-    /// In W m^-2 sr^-1; infinite without size.
-    fn radiance(&self) -> Rgb {
+    /// The radiance of the disk where 1 - cos of the angle to the centre is `off`, in W m^-2 sr^-1; infinite without size.
+    fn radiance(&self, off: f32) -> Rgb {
         // pi sin^2, without cancellation.
-        self.irradiance / (PI * self.height * (2.0 - self.height))
+        let mean = self.irradiance / (PI * self.height * (2.0 - self.height));
+        if !self.is_dark_at_limb {
+            return mean;
+        }
+        let square = off * (2.0 - off) / (self.height * (2.0 - self.height));
+        let m = (1.0 - square).max(0.0).sqrt();
+        // The mean of the law over the disk is 0.805.
+        mean * ((0.3 + m * (0.93 - 0.23 * m)) / 0.805)
     }
 }
 
@@ -111,7 +154,7 @@ impl LightKind for SunLight {
         Some(LightSample {
             wi: Frame::from_normal(-self.direction).to_world(local).normalize(),
             distance: f32::INFINITY,
-            li: self.radiance(),
+            li: self.radiance(h),
             pdf: Some(self.density()),
         })
     }
@@ -142,7 +185,11 @@ impl LightKind for SunLight {
     fn radiance_towards(&self, w: Vec3) -> Option<(Rgb, f32)> {
         // 1 - cos of the angle to the centre, which is more precise for small angles.
         let off = (w + self.direction).length_squared() * 0.5;
-        (self.has_size() && off <= self.height).then(|| (self.radiance(), self.density()))
+        (self.has_size() && off <= self.height).then(|| (self.radiance(off), self.density()))
+    }
+
+    fn is_seen_by_camera(&self) -> bool {
+        self.camera
     }
 }
 
@@ -168,6 +215,23 @@ mod tests {
             }
             let mean = irradiance / f64::from(n * n);
             assert!((mean / 3.0 - 1.0).abs() < 1e-3, "{degrees}: {mean}");
+        }
+    }
+
+    #[test]
+    fn limb_darkening_keeps_the_irradiance_and_darkens_the_rim_to_three_tenths() {
+        for degrees in [0.5, 60.0] {
+            let (plain, sun) = (sun(degrees), sun(degrees).with_limb_darkening());
+            let (n, mut irradiance) = (200, 0.0);
+            for i in 0..n * n {
+                let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
+                let s = sun.sample(Vec3::ZERO, u).expect("it shines");
+                irradiance += f64::from(s.li.r * -s.wi.dot(sun.direction) / s.pdf.expect("it has size"));
+            }
+            let mean = irradiance / f64::from(n * n);
+            assert!((mean / 3.0 - 1.0).abs() < 1e-3, "{degrees}: {mean}");
+            let at = |off: f32| sun.radiance(off * plain.height).r / plain.radiance(0.0).r;
+            assert!((at(0.0) - 1.0 / 0.805).abs() < 1e-4 && (at(1.0) / at(0.0) - 0.3).abs() < 1e-3);
         }
     }
 

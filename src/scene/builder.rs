@@ -5,9 +5,9 @@ mod colors;
 use std::sync::Arc;
 
 use super::{
-    Background, InstanceRecord, LightGroups, LightId, LightLinks, LightSet, LightSetId, MeshRecord, NodeId, NodeName,
-    Object, ObjectFromGroup, ObjectId, ObjectRole, RayVisibility, Scene, SceneBuildError, SceneGeometry, SceneShading,
-    contacts::Contacts, mesh_transform::MeshTransform,
+    Background, InstanceRecord, LightGroups, LightId, LightLinks, LightOrigin, LightSet, LightSetId, MeshRecord,
+    NodeId, NodeName, Object, ObjectFromGroup, ObjectId, ObjectRole, RayVisibility, Scene, SceneBuildError,
+    SceneGeometry, SceneShading, contacts::Contacts, mesh_transform::MeshTransform,
 };
 use crate::{
     accel::{self, BuildOptions},
@@ -153,6 +153,14 @@ impl SceneBuilder {
         self.light_groups.set_background(group);
     }
 
+    /// Adds a light that is part of the background: it is in its light group, and lights the same objects.
+    pub fn background_light(&mut self, light: Light) {
+        let at = self.lights.len();
+        self.light_groups.set_light(at, self.light_groups.of_background());
+        self.light_links.set_owner(LightId(at as u32), LightOrigin::Background);
+        self.light(light);
+    }
+
     /// Adds an object that is a shape.
     pub fn shape(&mut self, name: &str, shape: Shape, transform: Option<Transform>, material: MaterialId) -> ObjectId {
         let object = self.object(name, None, material);
@@ -254,7 +262,8 @@ impl SceneBuilder {
     /// [`SceneBuilder::set_object_lights`].
     pub(crate) fn own_last_light(&mut self, owner: ObjectId) {
         if let Some(last) = self.lights.len().checked_sub(1) {
-            self.light_links.set_owner(LightId(last as u32), owner);
+            self.light_links
+                .set_owner(LightId(last as u32), LightOrigin::Object(owner));
         }
     }
 

@@ -98,10 +98,10 @@ impl LightLinks {
         u16::try_from(at + 1).ok().map(LightSetId)
     }
 
-    /// Makes an analytic light part of an object: it is in the sets that have the object.
-    pub(super) fn set_owner(&mut self, light: LightId, owner: ObjectId) {
+    /// Makes an analytic light part of an object or of the background: it is in the sets that have its owner.
+    pub(super) fn set_owner(&mut self, light: LightId, owner: LightOrigin) {
         for set in &mut self.sets {
-            let value = set.has(LightOrigin::Object(owner));
+            let value = set.has(owner);
             set.put(LightOrigin::Light(light), value);
         }
     }
@@ -149,8 +149,8 @@ mod tests {
         let mut others = LightSet::ALL;
         others.remove(LightOrigin::Object(ObjectId(2)));
         let id = links.add(others).expect("few sets");
-        links.set_owner(LightId(5), ObjectId(2));
-        links.set_owner(LightId(6), ObjectId(1));
+        links.set_owner(LightId(5), LightOrigin::Object(ObjectId(2)));
+        links.set_owner(LightId(6), LightOrigin::Object(ObjectId(1)));
         let has = [5, 6, 7].map(|light| links.has(id, LightOrigin::Light(LightId(light))));
         assert_eq!(has, [false, true, true]);
     }

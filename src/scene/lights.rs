@@ -98,6 +98,8 @@ pub struct Lights {
     infinite: Vec<LightId>,
     /// The `infinite` lights with a disk of nonzero size.
     suns: Vec<LightId>,
+    /// Whether the camera sees one of these, before a background that it sees.
+    has_visible_suns: bool,
     lamps: Lamps,
     /// The finite analytic lights, by their numbers in the tree.
     points: Vec<LightId>,
@@ -144,11 +146,13 @@ impl Lights {
         Self {
             families: LightFamily::ALL.into_iter().filter(has_family).collect(),
             lamps: Lamps::of(&all),
-            all,
             emitters,
             background: radiance.is_sampled().then_some(background),
             infinite,
+            has_visible_suns: shading.background.visible
+                && suns.iter().any(|sun| all[sun.0 as usize].is_seen_by_camera()),
             suns,
+            all,
             points,
             point_tree: LightTree::build(point_bounds.into_iter()),
             dark_emitters: bounds.without_area,
@@ -234,6 +238,12 @@ impl Lights {
             let found = self.all[id.0 as usize].radiance_towards(w);
             found.map(|(l, pdf)| (id, l, pdf))
         })
+    }
+
+    /// Whether the camera sees one of [`Self::suns`].
+    #[inline]
+    pub fn has_visible_suns(&self) -> bool {
+        self.has_visible_suns
     }
 
     /// The lights with a surface that rays find.

@@ -114,7 +114,10 @@ fn picture(job: &Job, scene: &Scene) -> Vec<[u32; 4]> {
 
 /// Renders frames of a table in this order, by changing the scene of the frame before and by compiling each alone.
 fn both_ways(table: &str, frames: &[f64]) {
-    let folder = folder(table);
+    both_ways_in(&folder(table), table, frames);
+}
+
+fn both_ways_in(folder: &tempfile::TempDir, table: &str, frames: &[f64]) {
     let job = job(folder.path());
     let compiled = || job.compile().expect("a scene");
     let (mut changed, mut anew) = (job.scenes(compiled()), job.scenes(compiled()));
@@ -169,6 +172,18 @@ fn values_that_change_together_equal_a_scene_that_is_compiled_for_their_time() {
                object.roof 2.visible,background.environment.rotate.y\n\
                1,0.5,1,2,3,0,2,true,0\n2,0.7,40,20,30,1,3,false,90\n3,0.6,70,0,0,2,1,true,360\n";
     both_ways(all, &FRAMES);
+}
+
+#[test]
+fn skies_and_suns_of_other_times_equal_those_that_are_compiled_for_them() {
+    let table = "frame,background.sky.elevation,object.roof.transform.translate.x\n1,4,0\n3,60,1\n";
+    let folder = folder(table);
+    let scene = SCENE.replace(
+        "[background.environment]\nfile = \"sky.hdr\"",
+        "[background.sky]\nelevation = 20",
+    );
+    fs::write(folder.path().join("s.toml"), scene).expect("written");
+    both_ways_in(&folder, table, &[1.0, 3.0]);
 }
 
 #[test]
