@@ -36,6 +36,8 @@ pub enum Error {
     LightUnitsOfSceneFile,
     #[error("--point-radius is that of a model's points, and a scene file gives each mesh its own (`radius`)")]
     PointRadiusOfSceneFile,
+    #[error("--ground is that of a model by itself, and a scene file has its own objects")]
+    GroundOfSceneFile,
     #[error("{0}")]
     Invalid(Diagnostics),
     #[error("the scene has no [camera], and no camera path was given: {}", path.display())]
@@ -189,6 +191,7 @@ impl Error {
             | Self::AnimationOfSceneFile
             | Self::LightUnitsOfSceneFile
             | Self::PointRadiusOfSceneFile
+            | Self::GroundOfSceneFile
             | Self::Pattern(_)
             | Self::OverwritesInput { .. }
             | Self::WithinOutput { .. }

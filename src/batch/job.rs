@@ -12,6 +12,7 @@ use super::{
     frame_scenes::{Failed, ScenesOfFrame},
     plan::{
         cameras::{OwnCamera, fps},
+        fit::fitted,
         values::tables,
     },
     products::{denoise, denoised, targets},
@@ -67,6 +68,7 @@ impl Job {
                 light_units: request.light_units.unwrap_or_default(),
                 animation: request.animation.as_ref(),
                 point_radius: request.point_radius,
+                ground: request.ground,
             };
             let (desc, run) = default_scene::describe(path, options, &store).map_err(|error| match error {
                 // Flags made the choice.
@@ -75,6 +77,11 @@ impl Job {
                 }
                 error => error.into(),
             })?;
+            let moves = run.as_ref().is_some_and(ModelRun::moves_camera);
+            let desc = match request.frame_to_fit {
+                true => fitted(desc, request, &store, (&tables, moves))?,
+                false => desc,
+            };
             let plan = Plan::with_run(&desc, request, store.files(), (&tables, run.map(Arc::new)))?;
             return Ok(Self::planned(store, desc, plan));
         }
@@ -94,6 +101,9 @@ impl Job {
             if request.point_radius.is_some() {
                 return Err(Error::PointRadiusOfSceneFile);
             }
+            if request.ground {
+                return Err(Error::GroundOfSceneFile);
+            }
             let read = describe::load(path, &request.overrides, |p| store.files().read(p));
             match read {
                 // Nobody looks for the mistake in another program's file.
@@ -106,6 +116,7 @@ impl Job {
                 read => read?,
             }
         };
+        let desc = Self::fitted(desc, request, &store)?;
         let plan = Plan::new(&desc, request, store.files())?;
         Ok(Self::planned(store, desc, plan))
     }
@@ -113,9 +124,19 @@ impl Job {
     /// A job of a parsed scene.
     pub fn new(desc: SceneDesc, request: &Request) -> Result<Self, Error> {
         let store = store(request);
-        let desc = desc.with(&request.overrides)?;
+        let desc = Self::fitted(desc.with(&request.overrides)?, request, &store)?;
         let plan = Plan::new(&desc, request, store.files())?;
         Ok(Self::planned(store, desc, plan))
+    }
+
+    /// The scene file with its camera moved, where the request wants that.
+    fn fitted(desc: SceneDesc, request: &Request, store: &Store) -> Result<SceneDesc, Error> {
+        if !request.frame_to_fit {
+            return Ok(desc);
+        }
+        let of_scene = desc.values.as_ref().map(|file| desc.folder().join(file.get_ref()));
+        let tables = tables(of_scene, request, store.files())?;
+        fitted(desc, request, store, (&tables, false))
     }
 
     fn planned(store: Store, desc: SceneDesc, plan: Plan) -> Self {

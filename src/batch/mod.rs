@@ -33,7 +33,7 @@ pub use plan::{
     range::{self, FrameRange},
     request::{Policy, Request},
     rig::CameraRig,
-    turntable::Turntable,
+    turntable::{Turn, Turntable},
 };
 pub use products::{denoise, finished::with_finished, merge::merge, metadata};
 pub use resume::{

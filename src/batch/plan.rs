@@ -4,6 +4,7 @@ pub(super) mod cameras;
 pub(super) mod denoise_options;
 pub(super) mod encoding;
 pub(super) mod existing;
+pub(super) mod fit;
 pub(super) mod frame_rate;
 pub(super) mod if_busy;
 pub(super) mod memory;

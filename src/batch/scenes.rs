@@ -72,6 +72,16 @@ pub(super) fn rebuilds(values: &Values) -> bool {
         .any(|(entity, path)| change(entity, path) == Some(Change::Other))
 }
 
+/// The description of a scene at a time in frames with its values, if they fit together.
+pub(super) fn moved_description(desc: &SceneDesc, values: &Values, frame: f64) -> Option<SceneDesc> {
+    let reader = MovingDesc::new(desc, values);
+    let own = values.at(frame);
+    let entities = reader.changed(None, &own).map(|(entity, _)| entity).collect();
+    let mut desc = desc.clone();
+    reader.set(&mut desc, (frame, &own), &entities).ok()?;
+    Some(desc)
+}
+
 /// The description of a scene at a time in frames with its values, where some of these change a scene so that it is compiled again, and
 /// they fit together.
 pub(super) fn description_at(
@@ -80,12 +90,7 @@ pub(super) fn description_at(
     frame: f64,
 ) -> Option<(SceneDesc, Vec<String>)> {
     let values = values.filter(|values| rebuilds(values))?;
-    let reader = MovingDesc::new(desc, values);
-    let own = values.at(frame);
-    let entities = reader.changed(None, &own).map(|(entity, _)| entity).collect();
-    let mut desc = desc.clone();
-    reader.set(&mut desc, (frame, &own), &entities).ok()?;
-    Some((desc, own))
+    Some((moved_description(desc, values, frame)?, values.at(frame)))
 }
 
 impl<'j> Scenes<'j> {

@@ -269,6 +269,17 @@ macro_rules! cameras {
                 (eye.0, LookAt { target, up, roll: 0.0 })
             }
 
+            /// Returns the same camera at another eye point and with another target, in m.
+            pub fn with_view(mut self, eye: DVec3, target: DVec3) -> Self {
+                match &mut self {
+                    $( Self::$Variant(desc) => {
+                        desc.eye = Point::new(eye);
+                        desc.target = Spanned::new(desc.target.span(), Point::new(target));
+                    } )*
+                }
+                self
+            }
+
             /// Returns the described pose and lens.
             ///
             /// # Errors

@@ -6,7 +6,7 @@
 use std::{num::NonZeroUsize, path::PathBuf, time::Duration};
 
 use batch_render::{
-    batch::{FrameRange, PartSpec},
+    batch::{FrameRange, PartSpec, Turn},
     output::DepthUnit,
     shape::mesh::LightUnits,
 };
@@ -225,8 +225,20 @@ pub struct RenderArgs {
     pub animation: Vec<String>,
 
     /// Orbit the scene once in N frames instead, starting at its own camera
-    #[arg(long, value_name = "N", conflicts_with = "frames", value_parser = clap::value_parser!(u32).range(1..=1_000_000), help_heading = heading::FRAMES)]
-    pub turntable: Option<u32>,
+    ///
+    /// N:DEGREES turns by another angle: counterclockwise as seen from above, clockwise below 0. The last frame is one step before the end.
+    #[arg(long, value_name = "N", visible_alias = "orbit", conflicts_with = "frames", allow_hyphen_values = true, help_heading = heading::FRAMES)]
+    pub turntable: Option<Turn>,
+
+    /// Move the scene's camera along its line of sight until all of the scene fits into the picture
+    ///
+    /// So do all poses of its motion, and all angles of an orbit.
+    #[arg(long, conflicts_with = "frames", hide_short_help = true, help_heading = heading::FRAMES)]
+    pub frame_to_fit: bool,
+
+    /// Put a model by itself on a ground that catches its shadow
+    #[arg(long, hide_short_help = true, help_heading = heading::STAGE)]
+    pub ground: bool,
 
     /// Render only these frames: 1-100, 1,3,5-10 or 1-100x2
     ///

@@ -46,6 +46,8 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         camera_path: args.frames.clone(),
         values: args.values.clone(),
         turntable: args.turntable,
+        frame_to_fit: args.frame_to_fit,
+        ground: args.ground,
         range,
         part,
         policy: Policy {

@@ -1,14 +1,14 @@
 //! The flags that set keys of the scene file: one field each, whose id is the path of the key.
 
 use batch_render::{
-    describe::{Overrides, number_or_text},
+    describe::{Overrides, Stage, number_or_text},
     sampler::SeedMode,
 };
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches, parser::ValueSource};
 
 use super::{
-    heading::{OUTPUT, PICTURE},
-    values::{assignment, resolution},
+    heading::{OUTPUT, PICTURE, STAGE},
+    values::{assignment, color, positive, resolution, sun},
 };
 
 /// The declarations of the flags, in the order in which they are applied.
@@ -91,6 +91,28 @@ struct Flags {
     #[arg(id = "output.exposure", long = "exposure", value_name = "STOPS", allow_hyphen_values = true, hide_short_help = true, help_heading = PICTURE)]
     exposure: Option<String>,
 
+    /// Environment map that lights the scene and is seen behind it, HDR or EXR, in place of the sky
+    #[arg(id = "stage.environment", long = "environment", value_name = "FILE", hide_short_help = true, help_heading = STAGE)]
+    environment: Option<String>,
+
+    /// Color that is seen behind the scene and lights nothing: 0.18, 1,0.9,0.8 (linear light) or '#rrggbb' (sRGB)
+    #[arg(id = "stage.backdrop", long = "background", value_name = "COLOR", value_parser = color, hide_short_help = true, help_heading = STAGE)]
+    background: Option<toml::Value>,
+
+    /// Direction of the sun in degrees, such as 30,45, and its irradiance in W/m2: turns that of the scene, or adds one
+    ///
+    /// The azimuth 0 is +z, where the default camera stands, and 90 is +x; the elevation 90 is +y, straight above.
+    #[arg(id = "stage.sun", long = "sun", value_name = "AZIMUTH,ELEVATION[,IRRADIANCE]", value_parser = sun, allow_hyphen_values = true, hide_short_help = true, help_heading = STAGE)]
+    sun: Option<toml::Value>,
+
+    /// Focal length in mm of the scene's camera, with a sensor that is 36 mm wide
+    #[arg(id = "stage.lens", long = "lens", value_name = "MM", value_parser = positive, hide_short_help = true, help_heading = STAGE)]
+    lens: Option<toml::Value>,
+
+    /// F-number of its lens, such as 2.8; it focuses on the target, unless the scene says where
+    #[arg(id = "stage.fstop", long = "fstop", value_name = "N", value_parser = positive, hide_short_help = true, help_heading = STAGE)]
+    fstop: Option<toml::Value>,
+
     /// A value of the scene by its name, such as light.key.point.intensity=90; repeatable
     #[arg(id = "set", long = "set", value_name = "NAME=VALUE", value_parser = assignment, hide_short_help = true, help_heading = PICTURE)]
     set: Vec<(String, toml::Value)>,
@@ -123,7 +145,18 @@ impl FromArgMatches for Settings {
         for arg in flags.get_arguments().filter(is_typed) {
             let key = arg.get_id().as_str();
             let flag = format!("--{}", arg.get_long().expect("all have long names"));
-            if let Ok(Some([width, height])) = matches.try_get_one::<[u32; 2]>(key) {
+            let stage = Stage::ALL
+                .into_iter()
+                .find(|stage| key.strip_prefix("stage.") == Some(stage.name()));
+            if let Some(stage) = stage {
+                let value = match matches.try_get_one::<toml::Value>(key) {
+                    Ok(value) => value.cloned(),
+                    Err(_) => matches.get_one::<String>(key).map(|text| text.as_str().into()),
+                };
+                value
+                    .into_iter()
+                    .for_each(|value| self.0.set_stage(&flag, stage, value));
+            } else if let Ok(Some([width, height])) = matches.try_get_one::<[u32; 2]>(key) {
                 self.0.set(&flag, "render.width", *width);
                 self.0.set(&flag, "render.height", *height);
             } else if let Ok(Some(all)) = matches.try_get_many::<(String, toml::Value)>(key) {

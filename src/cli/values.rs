@@ -2,7 +2,7 @@
 
 use std::time::Duration;
 
-use batch_render::shape::mesh::LightUnits;
+use batch_render::{describe::Stage, math::srgb, shape::mesh::LightUnits};
 use clap::builder::{PossibleValuesParser, TypedValueParser};
 
 /// Reads the name of a unit of lights.
@@ -21,6 +21,49 @@ pub fn assignment(text: &str) -> Result<(String, toml::Value), String> {
         return Err("expected the path of a key before the =, such as render.seed".into());
     }
     Ok((key.to_owned(), value.parse().unwrap_or_else(|_| value.into())))
+}
+
+/// Reads a colour: a number, three numbers of linear light, or six hexadecimal digits of sRGB.
+pub fn color(text: &str) -> Result<toml::Value, String> {
+    let wrong = || "expected a number, R,G,B (linear light) or #rrggbb (sRGB), each of at least 0".to_owned();
+    if let Some(digits) = text.trim().strip_prefix('#') {
+        let number = u32::from_str_radix(digits, 16).ok().filter(|_| digits.len() == 6);
+        let [_, codes @ ..] = number.ok_or_else(wrong)?.to_be_bytes();
+        return Ok(codes.map(|code| f64::from(srgb::decode8(code))).to_vec().into());
+    }
+    let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
+    match numbers.filter(|numbers| numbers.iter().all(|v| *v >= 0.0)).as_deref() {
+        Some(&[gray]) => Ok(gray.into()),
+        Some(numbers @ [_, _, _]) => Ok(numbers.to_vec().into()),
+        _ => Err(wrong()),
+    }
+}
+
+/// Reads the direction of a sun and perhaps its irradiance.
+pub fn sun(text: &str) -> Result<toml::Value, String> {
+    let numbers: Option<Vec<f64>> = text.split(',').map(number).collect();
+    match numbers.as_deref() {
+        Some(&[_, elevation] | &[_, elevation, _]) if !(-90.0..=90.0).contains(&elevation) => {
+            Err("the elevation lies between -90 and 90 degrees".into())
+        }
+        Some(&[azimuth, elevation]) => Ok(Stage::sun(azimuth, elevation, None)),
+        Some(&[azimuth, elevation, irradiance]) if irradiance >= 0.0 => {
+            Ok(Stage::sun(azimuth, elevation, Some(irradiance)))
+        }
+        _ => Err("expected AZIMUTH,ELEVATION in degrees, and perhaps ,IRRADIANCE of at least 0".into()),
+    }
+}
+
+/// Reads a number above 0.
+pub fn positive(text: &str) -> Result<toml::Value, String> {
+    let value = number(text).filter(|v| *v > 0.0);
+    value
+        .map(toml::Value::from)
+        .ok_or_else(|| "expected a number above 0".into())
+}
+
+fn number(text: &str) -> Option<f64> {
+    text.trim().parse().ok().filter(|v: &f64| v.is_finite())
 }
 
 /// Reads a size in pixels, such as `1280x720`.
@@ -124,6 +167,18 @@ mod tests {
         assert_eq!(assigned("a.b = [1, 2]"), toml::Value::from(vec![1, 2]));
         assert_eq!(assigned("a=b=c"), "b=c".into());
         assert!(assignment("a").is_err() && assignment("a..b=1").is_err());
+        let numbers = |text| color(text).map(|color| color.to_string());
+        assert_eq!(numbers("0.18"), Ok("0.18".into()));
+        assert_eq!(numbers("1,0.5,0"), Ok("[1.0, 0.5, 0.0]".into()));
+        assert_eq!(numbers("#ff00ff"), Ok("[1.0, 0.0, 1.0]".into()));
+        for wrong in ["-1", "1,2", "#fff", "#12345z", "white", "nan"] {
+            assert!(color(wrong).is_err(), "{wrong}");
+        }
+        assert!(sun("10,45").is_ok() && sun("-10,45,3").is_ok());
+        for wrong in ["10", "10,91", "1,2,3,4", "1,2,-3", "north,45"] {
+            assert!(sun(wrong).is_err(), "{wrong}");
+        }
+        assert!(positive("50").is_ok() && positive("0").is_err() && positive("inf").is_err());
         assert_eq!(crop("1,2,3,4"), Ok([1, 2, 3, 4]));
         assert!(crop("3,2,3,4").is_err());
     }

@@ -10,7 +10,7 @@ use crate::{
         sky::Sky,
     },
     math::{DMat3, Rgb, WorkingSpace, transform::axis_rotation},
-    scene::BackgroundRadiance,
+    scene::{Background, BackgroundRadiance},
     texture::{Bitmap, bitmap::ColorSpace},
     value::Problem,
     warnings::{WarningKind, Warnings},
@@ -24,14 +24,14 @@ impl Compiler<'_> {
             ("color", background.color.as_ref().map(|_| 0..0)),
             ("environment", background.environment.as_ref().map(|own| own.span())),
             ("sky", background.sky.as_ref().map(|own| own.span())),
+            ("gradient", background.gradient.as_ref().map(|own| own.span())),
         ];
         let mut given = given.into_iter().filter_map(|(name, span)| Some((name, span?)));
         if let (Some((first, _)), Some((second, span))) = (given.next(), given.next()) {
             let message = format!("`{first}` and `{second}` are both given");
             self.problems.push(Problem::at(span, message));
         }
-        let environment = background.environment.as_ref()?;
-        let file = self.desc.folder().join(environment.get_ref().file.get_ref());
+        let file = self.desc.environment_file()?;
         // What alpha covers does not shine the more.
         Some(ImageRequest {
             alpha: AlphaUse::Unused,
@@ -70,6 +70,19 @@ pub(super) fn rotated(radiance: &BackgroundRadiance, desc: &BackgroundDesc) -> B
     radiance.rotated(given.map_or(DMat3::IDENTITY, |given| rotation(given.get_ref())))
 }
 
+/// The background with this light, in a working space.
+pub(super) fn with_radiance(
+    desc: &BackgroundDesc,
+    radiance: BackgroundRadiance,
+    working_space: WorkingSpace,
+) -> Background {
+    Background {
+        radiance,
+        visible: desc.visible,
+        backdrop: desc.backdrop.map(|color| working_space.from_rec709(color.0)),
+    }
+}
+
 /// The background in a working space; `picture` is the image of its environment map.
 pub(super) fn light(
     desc: &BackgroundDesc,
@@ -96,6 +109,9 @@ fn radiance(
     working_space: WorkingSpace,
     warnings: &Warnings,
 ) -> BackgroundRadiance {
+    if let Some(gradient) = &desc.gradient {
+        return BackgroundRadiance::Gradient(gradient.get_ref().compile(working_space));
+    }
     let (Some(environment_desc), Some(picture)) = (&desc.environment, picture) else {
         let color = desc.color.map_or(Rgb::BLACK, |c| c.0);
         return BackgroundRadiance::Color(working_space.from_rec709(color));

@@ -9,7 +9,7 @@ use std::{path::Path, sync::Arc};
 
 use glam::DVec3;
 
-use self::camera::SuppliedCamera;
+use self::camera::{StageLens, SuppliedCamera};
 use super::{
     Error,
     objects::world_from_object,
@@ -23,25 +23,29 @@ use crate::{
         store::ModelRequest,
     },
     camera::CameraDesc,
-    describe::{self, Diagnostics, MovingDesc, ObjectDesc, Overrides, PartsDesc, SceneDesc, Source, ValueFile, Values},
-    light::LightDesc,
-    math::{DAabb, DAffine3, Vec3, origin},
+    describe::{
+        self, BackgroundDesc, Diagnostics, MovingDesc, ObjectDesc, Overrides, PartsDesc, SceneDesc, Source, Stage,
+        ValueFile, Values,
+    },
+    math::{DAabb, DAffine3, origin},
     shape::mesh::{AnimationChoice, Playback},
-    value::{Direction, Problem},
+    value::Problem,
     warnings::WarningKind,
 };
 
 /// The number of steps of a run, and of a table, at whose ends the bounds are computed.
 const RUN_SAMPLES: u32 = 64;
 
-/// The direction of the sun's light, over the left shoulder of the default camera.
-const SUN: Vec3 = Vec3::new(0.35, -1.0, -0.75);
+/// A sky that is brighter above than below, which shades white surfaces from 0.17 (facing down) over 0.3 (sideways) to 0.5 (up), before
+/// a darker backdrop, so that none of them vanishes in it.
+const SKY: &str = "[background]\ngradient = { up = 0.8, side = 0.35, down = 0.15 }\nbackdrop = 0.06\n";
+/// The background of a file with lights, which gets no others.
+const NO_SKY: &str = "[background]\ncolor = 0\n";
+/// A large sun over the left shoulder of the default camera, which adds up to 0.5 to a white surface and casts soft shadows.
+const SUN: &str = "[[light]]\nsun = { direction = [0.35, -1, -0.75], irradiance = 2.2, angle = 10 }\n";
 
-/// The sun has the angular diameter of the real one. With the sky it makes a white surface about 0.9 bright.
-const DAYLIGHT: &str = "[background]\ncolor = 0.25\n\
-                        [[light]]\nsun = { direction = [0.35, -1, -0.75], irradiance = 2.2, angle = 0.53 }\n";
-/// A file with lights gets no others.
-const NO_DAYLIGHT: &str = "[background]\ncolor = 0\n";
+/// The radius of the ground relative to half of the diagonal of a model's box.
+const GROUND_SIZE: f64 = 4.0;
 
 /// The choices about a model that is the scene.
 #[derive(Clone, Copy, Debug)]
@@ -62,6 +66,8 @@ pub struct ModelOptions<'a> {
     pub animation: Option<&'a AnimationChoice>,
     /// The radius of points, in m.
     pub point_radius: Option<f32>,
+    /// Whether it stands on a ground.
+    pub ground: bool,
 }
 
 /// The motion of a model by itself.
@@ -71,6 +77,8 @@ pub struct ModelRun {
     pub end: Option<f64>,
     /// The model with its camera that moves, and the centre of the model.
     camera: Option<(Arc<Model>, usize, DVec3)>,
+    /// What flags say of its lens.
+    lens: StageLens,
 }
 
 impl ModelRun {
@@ -83,7 +91,7 @@ impl ModelRun {
     pub fn camera(&self, time: f64, parts: &PartsDesc) -> Option<CameraDesc> {
         let (model, camera, center) = self.camera.as_ref()?;
         let pose = model.pose(&Playback::default(), &placed::edits(parts, model), time)?;
-        Some(camera::own(&pose.cameras[*camera], *center)?.desc())
+        Some(camera::own(&pose.cameras[*camera], *center)?.with(self.lens).desc())
     }
 }
 
@@ -93,13 +101,26 @@ struct SuppliedScene<'a> {
     options: ModelOptions<'a>,
     is_lit: bool,
     has_object: bool,
+    /// The bounds of the model in all its poses, once they are known.
+    bounds: Option<DAabb>,
 }
 
 impl SuppliedScene<'_> {
     fn text(&self, camera: &SuppliedCamera) -> String {
         let quoted = |text: &str| toml::Value::from(text).to_string();
         let part = |part: Option<&std::ffi::OsStr>| quoted(&part.unwrap_or_default().to_string_lossy());
-        let mut text = if self.is_lit { NO_DAYLIGHT } else { DAYLIGHT }.to_owned();
+        let mut text = String::new();
+        let has_map = self
+            .options
+            .overrides
+            .stage()
+            .any(|(stage, _)| stage == Stage::Environment);
+        if !has_map && !self.replaces_background() {
+            text += if self.is_lit { NO_SKY } else { SKY };
+        }
+        if !has_map && !self.is_lit {
+            text += SUN;
+        }
         if !self.replaces_camera(camera) {
             text += &camera.toml();
         }
@@ -125,6 +146,9 @@ impl SuppliedScene<'_> {
         if let Some(radius) = self.options.point_radius {
             key("radius", format!("{:?}", f64::from(radius)));
         }
+        if let Some(bounds) = self.bounds.filter(|bounds| self.options.ground && bounds.is_finite()) {
+            text += &ground(&bounds);
+        }
         text
     }
 
@@ -137,22 +161,32 @@ impl SuppliedScene<'_> {
         })
     }
 
+    /// Whether overrides or a table give the light of the background.
+    fn replaces_background(&self) -> bool {
+        let gives = |table: &str, kind: &str| table == "background" && BackgroundDesc::NAMES.contains(&kind);
+        let columns = self.options.tables.iter().flat_map(|file| &file.table.columns);
+        let mut paths = self.options.overrides.paths();
+        paths.any(|(_, path)| path.len() > 1 && gives(&path[0], &path[1]))
+            || columns
+                .filter_map(|column| column.name.split_once('.'))
+                .any(|(table, path)| gives(table, path.split('.').next().unwrap_or(path)))
+    }
+
     fn desc(&self, camera: &SuppliedCamera) -> Result<SceneDesc, Error> {
         let source = Source::of_model(self.path.to_owned(), self.text(camera));
-        let mut desc = describe::parse(source.with(self.options.overrides.clone())).map_err(Error::Invalid)?;
-        let lights = desc.lights.iter_mut().filter(|_| !self.is_lit);
-        lights.for_each(|entry| round_sun(&mut entry.light));
-        Ok(desc)
+        describe::parse(source.with(self.options.overrides.clone())).map_err(Error::Invalid)
     }
 }
 
-/// Gives the supplied sun its direction as it is in single precision, whose pictures are known.
-fn round_sun(light: &mut LightDesc) {
-    if let LightDesc::Sun(sun) = light
-        && sun.direction.0 == SUN.as_dvec3().normalize().as_vec3()
-    {
-        sun.direction = Direction(SUN.normalize());
-    }
+/// The ground below a model with these bounds.
+fn ground(bounds: &DAabb) -> String {
+    let center = bounds.center();
+    let center = [center.x, bounds.min.y, center.z];
+    let radius = GROUND_SIZE * bounds.half_diagonal().max(f64::from(f32::MIN_POSITIVE));
+    format!(
+        "[material.ground]\nmatte = {{ albedo = 0.2 }}\n\
+         [[object]]\nname = \"ground\"\nmaterial = \"ground\"\nshape.disk = {{ center = {center:?}, radius = {radius:?} }}\n"
+    )
 }
 
 /// The model at rest in a scene, at one time or another.
@@ -212,9 +246,11 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
         options,
         is_lit: false,
         has_object: true,
+        bounds: None,
     };
     // The names of values tell which parts of the model are loaded so that they may change.
-    let unit = camera::framing(&DAabb::EMPTY, 1.0);
+    let unit = camera::framing(&DAabb::EMPTY, 1.0, None);
+    let lens = StageLens::new(options.overrides);
     let first = supplied.desc(&unit)?;
     let [width, height] = first.render.resolution().map(f64::from);
     let aspect = width / height;
@@ -277,20 +313,22 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
     let run = model.motion.as_ref().map(|motion| ModelRun {
         end: (!motion.clips.is_empty()).then(|| motion.end().into()),
         camera: moving.map(|camera| (Arc::clone(&model), camera, center)),
+        lens,
     });
-    let camera = match own {
-        Some(own) => own,
-        None if options.tables.is_empty() => camera::framing(&bounds, aspect),
-        None => {
+    let bounds = match options.tables.is_empty() || own.is_some() && !options.ground {
+        true => bounds,
+        false => {
             // A table may move the model; what is wrong with it is told by the plan.
             let values = Values::new(&desc, options.tables).ok();
             let shown = Shown {
                 values: values.as_ref(),
                 ..shown
             };
-            camera::framing(&shown.bounds(), aspect)
+            shown.bounds()
         }
     };
+    let camera = own.unwrap_or_else(|| camera::framing(&bounds, aspect, lens.focal_length));
+    supplied.bounds = Some(bounds);
     Ok((supplied.desc(&camera)?, run))
 }
 
@@ -298,17 +336,4 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
 fn center(bounds: &DAabb) -> DVec3 {
     let origin = origin::of_box(bounds).unwrap_or_default();
     origin + bounds.relative_to(origin).center().as_dvec3()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn the_supplied_sun_has_its_direction_in_single_precision() {
-        let mut desc = describe::parse(Source::of_model("a.glb".into(), DAYLIGHT)).expect("it is valid");
-        round_sun(&mut desc.lights[0].light);
-        let light = format!("{:?}", desc.lights[0].light);
-        assert!(light.contains(&format!("{:?}", SUN.normalize())), "{light}");
-    }
 }

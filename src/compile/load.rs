@@ -24,17 +24,17 @@ use crate::{
     light::sky::Sky,
     material::Material,
     math::{ColorConversion, DVec3},
-    scene::{Background, SceneBuilder},
+    scene::SceneBuilder,
     texture::{BitmapId, Texture, bitmap::ColorSpace, image::ImageDesc},
     value::one_line,
     warnings::{WarningKind, Warnings},
 };
 
 /// A scene before its files are loaded.
-struct Compiled {
+pub(super) struct Compiled {
     scene: SceneBuilder,
     images: Vec<ImageRequest>,
-    placed: Vec<PlacedModel>,
+    pub placed: Vec<PlacedModel>,
     /// The picture of the background's environment.
     environment: Option<ImageRequest>,
     sky: Option<Sky>,
@@ -64,7 +64,7 @@ impl Compiled {
 }
 
 /// Loads the models of a scene, and compiles its description relative to the origin that suits all objects.
-fn around_models(
+pub(super) fn around_models(
     desc: &SceneDesc,
     store: &Store,
     options: &LoadOptions,
@@ -205,10 +205,7 @@ pub fn load_moving(
     if let Some(sun) = sun {
         scene.background_light(sun);
     }
-    scene.set_background(Background {
-        radiance,
-        visible: desc.background.visible,
-    });
+    scene.set_background(background::with_radiance(&desc.background, radiance, working_space));
     Ok((scene, motion.with_images(keys, environment)))
 }
 

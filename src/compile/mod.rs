@@ -16,6 +16,7 @@ use crate::{
 };
 
 mod background;
+mod bounds;
 mod compiler;
 pub mod default_scene;
 mod error;
@@ -34,6 +35,7 @@ mod placed;
 mod points;
 mod refresh;
 
+pub use bounds::visible_bounds;
 pub use error::Error;
 pub use instancing::Instancing;
 pub use load::{load, load_moving, origin};

@@ -53,7 +53,7 @@ impl SceneOrigin {
 }
 
 /// The bounds of a shape in world space; `None` if it is unbounded or invalid. The compiler reports its errors.
-fn shape_box(object: &ObjectDesc) -> Option<DAabb> {
+pub(super) fn shape_box(object: &ObjectDesc) -> Option<DAabb> {
     let shape = object.shape.get_ref();
     let anchor = shape.anchor()?;
     let around_anchor = shape.compile(anchor).ok()?.bounds();

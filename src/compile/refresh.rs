@@ -17,7 +17,7 @@ use crate::{
     geometry::MAX_MAGNIFICATION,
     light::sky::Sky,
     material::{Emission, Material, MaterialId},
-    scene::{Background, LightId, ObjectId, Scene, SceneUpdate, ShadingUpdate},
+    scene::{LightId, ObjectId, Scene, SceneUpdate, ShadingUpdate},
     texture::{Bitmap, bitmap::ColorSpace},
     value::{Problem, Spanned},
 };
@@ -93,13 +93,12 @@ impl Refresher {
                     }
                 }
                 Change::Background | Change::BackgroundRotation | Change::BackgroundVisible => {
-                    let visible = desc.background.visible;
                     let Some(sky) = background::sky(&desc.background).map_err(&mut keep).ok() else {
                         continue;
                     };
                     match self.light(scene, (desc, sky), changes, store).map_err(Error::Assets)? {
                         Some(BackgroundLight { radiance, sun }) => {
-                            shading.background = Some(Background { radiance, visible });
+                            shading.background = Some(background::with_radiance(&desc.background, radiance, space));
                             let last = LightId((scene.lights.all().len() as u32).saturating_sub(1));
                             shading.lights.extend(sun.map(|sun| (last, sun)));
                         }
@@ -169,11 +168,10 @@ impl Refresher {
 
     /// The picture of the environment of the background, which is read once.
     fn picture(&mut self, desc: &SceneDesc, store: &Store) -> Result<Option<&Bitmap>, Vec<AssetError>> {
-        let Some(environment) = &desc.background.environment else {
+        let Some(file) = desc.environment_file() else {
             return Ok(None);
         };
         if self.environment.is_none() {
-            let file = desc.folder().join(environment.get_ref().file.get_ref());
             let request = ImageRequest {
                 alpha: AlphaUse::Unused,
                 ..ImageRequest::new(ImageSource::File(file), ColorSpace::Srgb)

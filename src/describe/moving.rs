@@ -8,11 +8,8 @@ use std::{
 use toml::de::{DeTable, DeValue};
 
 use super::{
-    BackgroundDesc, Diagnostics, Entity, LightEntry, MaterialEntry, ObjectDesc, SceneDesc, TextureEntry,
-    names::unset,
-    overrides::{placed, put},
-    read::Reader,
-    values::Values,
+    BackgroundDesc, Diagnostics, Entity, LightEntry, MaterialEntry, ObjectDesc, SceneDesc, TextureEntry, names::unset,
+    overrides::put, placed::placed, read::Reader, values::Values,
 };
 use crate::{
     camera::{CameraDesc, SceneCamera},
@@ -218,7 +215,7 @@ impl<'d> MovingDesc<'d> {
             Entity::Texture(_) => reader
                 .texture(name(), value)
                 .map(|it| EntityDesc::Texture(Box::new(it))),
-            Entity::Background => reader.entity(value).map(EntityDesc::Background),
+            Entity::Background => reader.entity(value).map(|it| EntityDesc::Background(Box::new(it))),
             Entity::Camera => reader.camera(value).map(|it| EntityDesc::Camera(Box::new(it))),
         };
         match read {
@@ -274,7 +271,7 @@ pub(super) enum EntityDesc {
     Light(Box<LightEntry>),
     Material(Box<MaterialEntry>),
     Texture(Box<TextureEntry>),
-    Background(BackgroundDesc),
+    Background(Box<BackgroundDesc>),
     Camera(Box<Spanned<CameraDesc>>),
 }
 
@@ -286,7 +283,7 @@ impl EntityDesc {
             (Self::Light(own), Entity::Light(at)) => desc.lights[at] = *own,
             (Self::Material(own), Entity::Material(at)) => desc.materials[at] = *own,
             (Self::Texture(own), Entity::Texture(at)) => desc.textures[at] = *own,
-            (Self::Background(own), Entity::Background) => desc.background = own,
+            (Self::Background(own), Entity::Background) => desc.background = *own,
             (Self::Camera(own), Entity::Camera) => desc.camera = Some(*own),
             _ => unreachable!("an entity is read as what it is"),
         }

@@ -12,6 +12,8 @@ use super::{
     kind_tables::{another_kind, kind_table},
     names::{Component, FileKind, KnownNames, unset},
     parts::QUATERNION,
+    placed::placed,
+    stage::Stage,
 };
 use crate::value::{OVERRIDES, Problem, Span, Spanned};
 
@@ -37,6 +39,8 @@ enum Place {
     Request,
     /// A cell of a file.
     Cell,
+    /// A flag that sets more than one key.
+    Stage(Stage),
 }
 
 /// Values that replace those of a scene file, in the order in which they are applied.
@@ -58,6 +62,27 @@ impl Overrides {
             origin: origin.to_owned(),
             place: Place::Request,
         });
+    }
+
+    /// Adds a value of the stage. Errors name `origin`, such as `--lens`.
+    pub fn set_stage(&mut self, origin: &str, stage: Stage, value: impl Into<toml::Value>) {
+        self.set(origin, &format!("stage.{}", stage.name()), value);
+        if let Some(last) = self.0.last_mut() {
+            last.place = Place::Stage(stage);
+        }
+    }
+
+    /// The values of the stage, in TOML.
+    pub fn stage(&self) -> impl Iterator<Item = (Stage, &str)> {
+        self.0.iter().filter_map(|one| match one.place {
+            Place::Stage(stage) => Some((stage, one.value.as_str())),
+            Place::Request | Place::Cell => None,
+        })
+    }
+
+    /// Whether the value with this span is one of the stage.
+    pub(super) fn is_of_stage(&self, span: &Span) -> bool {
+        self.at(span).is_some_and(|one| matches!(one.place, Place::Stage(_)))
     }
 
     /// Adds the origin of the value `name`, whose cell has it.
@@ -98,7 +123,7 @@ impl Overrides {
 
     /// Whether the value with this span is a request's, and no file's.
     pub(super) fn is_request(&self, span: &Span) -> bool {
-        self.at(span).is_some_and(|one| one.place == Place::Request)
+        self.at(span).is_some_and(|one| one.place != Place::Cell)
     }
 
     /// The key whose override has the unknown name `word` at this span, if any.
@@ -122,6 +147,11 @@ impl Overrides {
         let known = KnownNames::new(table, kind);
         for (one, start) in self.0.iter().zip(OVERRIDES..) {
             let span = start..start + 1;
+            if let Place::Stage(stage) = one.place {
+                let value = DeValue::parse(&one.value).expect("the TOML crate has written it");
+                problems.extend(stage.apply(table, placed(value.into_inner(), &span)).err());
+                continue;
+            }
             let path = known.resolve(&one.path, &span);
             let path = path.and_then(|path| match another_kind(table, &path, &span, text) {
                 Some(problem) => Err(problem),
@@ -149,22 +179,6 @@ pub fn number_or_text(text: &str) -> toml::Value {
     let number = text.parse::<i64>().map(toml::Value::from);
     let number = number.or_else(|_| text.parse::<f64>().map(toml::Value::from));
     number.unwrap_or_else(|_| text.into())
-}
-
-/// The value with all of it at `span`.
-pub(super) fn placed<'i>(value: DeValue<'i>, span: &Span) -> Spanned<DeValue<'i>> {
-    let inside = |value: Spanned<DeValue<'i>>| placed(value.into_inner(), span);
-    let value = match value {
-        DeValue::Array(array) => DeValue::Array(array.into_iter().map(inside).collect()),
-        DeValue::Table(table) => {
-            let entry = |(key, value): (Spanned<Cow<'i, str>>, _)| {
-                (Spanned::new(span.clone(), key.into_inner()), inside(value))
-            };
-            DeValue::Table(table.into_iter().map(entry).collect())
-        }
-        other => other,
-    };
-    Spanned::new(span.clone(), value)
 }
 
 /// Sets the key at this path below `table`, and makes the tables that are missing on the way.

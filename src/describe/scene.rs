@@ -26,7 +26,7 @@
 //! sun = { direction = [-1, -2, -1], irradiance = 3 }
 //! ```
 
-use std::path::Path;
+use std::path::{Path, PathBuf};
 
 use glam::{DAffine3, DMat3, DVec3};
 use serde::Deserialize;
@@ -34,7 +34,7 @@ use serde::Deserialize;
 use super::{LightGroupName, OutputDesc, PartsDesc, RenderDesc, Source, rotation::RotationDesc};
 use crate::{
     camera::{CameraDesc, path::Shutter},
-    light::{LightDesc, environment::EnvironmentDesc, sky::SkyDesc},
+    light::{LightDesc, environment::EnvironmentDesc, gradient::GradientDesc, sky::SkyDesc},
     material::MaterialDesc,
     math::{Transform, transform},
     scene::RayVisibility,
@@ -81,6 +81,15 @@ impl SceneDesc {
         self.source.path.parent().unwrap_or(Path::new(""))
     }
 
+    /// The path of the background's environment map: relative to the scene file, or to the current folder where a flag names it.
+    pub fn environment_file(&self) -> Option<PathBuf> {
+        let file = &self.background.environment.as_ref()?.get_ref().file;
+        Some(match self.source.overrides.is_of_stage(&file.span()) {
+            true => PathBuf::from(file.get_ref()),
+            false => self.folder().join(file.get_ref()),
+        })
+    }
+
     /// The names of the light groups, each once; the first has no name and holds the lights that are in no group.
     pub fn light_groups(&self) -> Vec<String> {
         let lights = self.lights.iter().map(|light| &light.group);
@@ -114,6 +123,8 @@ impl SceneDesc {
 /// | `color` | number or `[r, g, b]`: a constant radiance | W m^-2 sr^-1 | black |
 /// | `environment` | an environment map, instead of `color` | | none |
 /// | `sky` | a clear sky with its sun, instead of `color` | | none |
+/// | `gradient` | light that changes from below to above, instead of `color` | | none |
+/// | `backdrop` | number or `[r, g, b]`: the radiance that the camera sees in place of all of these; it lights nothing, and mirrors and glass do not show it | W m^-2 sr^-1 | none |
 /// | `visible` | whether the camera sees the background; if not, R, G, B and A are 0 there. It lights the scene all the same | | `true` |
 /// | `group` | the name of its light group, see `[[light]]` | | none |
 ///
@@ -127,13 +138,15 @@ pub struct BackgroundDesc {
     pub color: Option<RgbFactor>,
     pub environment: Option<Spanned<EnvironmentDesc>>,
     pub sky: Option<Box<Spanned<SkyDesc>>>,
+    pub gradient: Option<Spanned<GradientDesc>>,
+    pub backdrop: Option<RgbFactor>,
     pub visible: bool,
     pub group: Option<LightGroupName>,
 }
 
 impl BackgroundDesc {
     /// The names of the kinds of background.
-    pub const NAMES: &[&str] = &["color", "environment", "sky"];
+    pub const NAMES: &[&str] = &["color", "environment", "sky", "gradient"];
 }
 
 impl Default for BackgroundDesc {
@@ -142,6 +155,8 @@ impl Default for BackgroundDesc {
             color: None,
             environment: None,
             sky: None,
+            gradient: None,
+            backdrop: None,
             visible: true,
             group: None,
         }

@@ -18,6 +18,7 @@ mod ball;
 pub mod bounds;
 pub mod disk;
 pub mod environment;
+pub mod gradient;
 pub mod lamp;
 mod light_block;
 pub mod point;

@@ -414,7 +414,9 @@ impl Wave {
     /// Shades all paths whose rays hit nothing.
     fn shade_misses(&mut self, context: &RenderContext<'_>) {
         let shows_background = context.scene.shading.background.visible && context.settings.content == Content::Light;
-        let is_hidden = !shows_background && self.paths.first().is_some_and(|path| path.depth == 1);
+        let is_seen = self.paths.first().is_some_and(|path| path.depth == 1);
+        let is_hidden = !shows_background && is_seen;
+        let backdrop = context.scene.shading.background.backdrop.filter(|_| is_seen);
         if is_hidden {
             for &i in &self.miss_indices {
                 self.alpha[self.paths[i as usize].sample as usize] = 0.0;
@@ -444,6 +446,8 @@ impl Wave {
             background.look_up(context.simd, directions, &mut inputs.misses);
             if is_hidden {
                 inputs.misses.fill(EnvironmentLight::default());
+            } else if let Some(radiance) = backdrop {
+                inputs.misses.fill(EnvironmentLight { radiance, pdf: 0.0 });
             }
             let arrived = ArrivedRays {
                 rays,

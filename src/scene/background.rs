@@ -6,6 +6,7 @@ use crate::{
     light::{
         LightSample,
         environment::{Environment, EnvironmentLight},
+        gradient::Gradient,
     },
     math::{DMat3, Dispatch, Rgb, Vec2, Vec3},
 };
@@ -16,6 +17,8 @@ pub struct Background {
     pub radiance: BackgroundRadiance,
     /// Whether the camera sees it; otherwise its pixels have RGB and alpha 0.
     pub visible: bool,
+    /// The radiance that the camera sees in place of the light, in W m^-2 sr^-1; it lights nothing.
+    pub backdrop: Option<Rgb>,
 }
 
 /// The radiance of the background in each direction.
@@ -24,6 +27,8 @@ pub enum BackgroundRadiance {
     /// A constant radiance, in W m^-2 sr^-1. It is not sampled as a light, because BSDF sampling is
     /// better.
     Color(Rgb),
+    /// Not sampled either.
+    Gradient(Gradient),
     Environment(Arc<Environment>),
 }
 
@@ -33,6 +38,7 @@ impl Background {
         Self {
             radiance: BackgroundRadiance::Color(radiance),
             visible: true,
+            backdrop: None,
         }
     }
 
@@ -41,6 +47,7 @@ impl Background {
         Self {
             radiance: BackgroundRadiance::environment(environment),
             visible: true,
+            backdrop: None,
         }
     }
 }
@@ -53,7 +60,7 @@ impl BackgroundRadiance {
     /// The same with this rotation of its environment map, if it has one. It shares the texels.
     pub fn rotated(&self, world_from_map: DMat3) -> Self {
         match self {
-            Self::Color(color) => Self::Color(*color),
+            Self::Color(_) | Self::Gradient(_) => self.clone(),
             Self::Environment(environment) => Self::environment(environment.rotated(world_from_map)),
         }
     }
@@ -62,14 +69,18 @@ impl BackgroundRadiance {
     #[cfg(test)]
     pub(crate) fn address(&self) -> Option<*const Rgb> {
         match self {
-            Self::Color(_) => None,
+            Self::Color(_) | Self::Gradient(_) => None,
             Self::Environment(environment) => Some(environment.texels_address()),
         }
     }
 
     /// Whether it is known to be black in all directions.
     pub fn is_black(&self) -> bool {
-        matches!(self, Self::Color(color) if color.is_black())
+        match self {
+            Self::Color(color) => color.is_black(),
+            Self::Gradient(gradient) => gradient.is_black(),
+            Self::Environment(_) => false,
+        }
     }
 
     /// The radiance from the unit direction `w`, in W m^-2 sr^-1.
@@ -77,6 +88,7 @@ impl BackgroundRadiance {
     pub fn radiance(&self, w: Vec3) -> Rgb {
         match self {
             Self::Color(color) => *color,
+            Self::Gradient(gradient) => gradient.radiance(w),
             Self::Environment(environment) => environment.radiance(w),
         }
     }
@@ -89,6 +101,10 @@ impl BackgroundRadiance {
                 radiance: *radiance,
                 pdf: 0.0,
             })),
+            Self::Gradient(gradient) => to.extend(directions.map(|w| EnvironmentLight {
+                radiance: gradient.radiance(w),
+                pdf: 0.0,
+            })),
             Self::Environment(environment) => environment.look_up(on, directions, to),
         }
     }
@@ -97,7 +113,7 @@ impl BackgroundRadiance {
     #[inline]
     pub fn sample(&self, on: impl Dispatch, u: Vec2) -> Option<LightSample> {
         match self {
-            Self::Color(_) => None,
+            Self::Color(_) | Self::Gradient(_) => None,
             Self::Environment(environment) => environment.sample(on, u),
         }
     }
@@ -106,7 +122,7 @@ impl BackgroundRadiance {
     #[inline]
     pub fn pdf(&self, w: Vec3) -> f32 {
         match self {
-            Self::Color(_) => 0.0,
+            Self::Color(_) | Self::Gradient(_) => 0.0,
             Self::Environment(environment) => environment.pdf(w),
         }
     }
@@ -121,7 +137,7 @@ impl BackgroundRadiance {
     /// Whether it is sampled as a light.
     pub fn is_sampled(&self) -> bool {
         match self {
-            Self::Color(_) => false,
+            Self::Color(_) | Self::Gradient(_) => false,
             Self::Environment(environment) => environment.is_sampled(),
         }
     }

@@ -46,7 +46,7 @@ fn a_job_whose_frames_are_whole_builds_no_acceleration_structure() {
     folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     let path = folder.write("s.toml", &scene("2"));
     let request = Request {
-        turntable: Some(3),
+        turntable: Some("3".parse().expect("a number of frames")),
         overrides: Overrides::default().with("output.files", &*folder.path("f.####.exr").to_string_lossy()),
         policy: Policy {
             existing: Existing::Skip,

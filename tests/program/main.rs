@@ -52,6 +52,7 @@ mod readme;
 mod resume;
 mod rounds;
 mod sight;
+mod stage;
 mod targets;
 mod textures;
 mod values;

@@ -5,7 +5,7 @@ use std::{collections::BTreeSet, ops::RangeInclusive, path::Path};
 use super::range::{MAX_FRAME, MAX_FRAMES};
 use crate::{
     assets::{Files, camera_path},
-    batch::{FrameRange, Request},
+    batch::{FrameRange, Request, Turn},
     camera::{
         Camera, FilmSize, FrameCamera, Lens, Neighbours, SceneCamera,
         path::{CameraPath, PathError, Shutter},
@@ -56,9 +56,9 @@ pub(in crate::batch) fn cameras(
     let own = OwnCamera::new(desc, (values, run, fps(request)), scene_camera);
     let Some(file) = &request.camera_path else {
         let (all, what) = match (request.turntable, run.and_then(|run| run.end), values) {
-            (Some(last), ..) => (
-                1..=i64::from(last),
-                format!("the turntable, which has frames 1 to {last}"),
+            (Some(Turn { frames, .. }), ..) => (
+                1..=i64::from(frames),
+                format!("the turntable, which has frames 1 to {frames}"),
             ),
             (None, Some(end), _) => (0..=last_frame(end, fps(request)), "the animations".to_owned()),
             (None, None, Some(values)) => (values.frames(), "the table of values".to_owned()),

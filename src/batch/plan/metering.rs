@@ -9,8 +9,9 @@
 use super::cameras::metered_resolution;
 use crate::{
     batch::Plan,
+    camera::FrameCamera,
     math::{Rgb, exponential},
-    render::{Cancel, Content, Control, RenderError, Renderer, Settings},
+    render::{Cancel, Content, Control, RenderError, Renderer, SampleBudget, Settings},
     scene::Scene,
 };
 
@@ -40,7 +41,14 @@ impl Plan {
             ..Control::default()
         };
         let film = Renderer::new().render(scene, camera, self.picture.integrator.as_dyn(), &settings, &control)?;
-        let colors = film.beauty().iter().map(|&[r, g, b, _]| Rgb::new(r, g, b));
+        let is_seen = match scene.shading.background.backdrop {
+            Some(_) => self.surfaces(scene, camera, &settings, &control)?,
+            None => Vec::new(),
+        };
+        // A backdrop is no light: the surfaces before it count, if there are any.
+        let counts = |at: usize| !is_seen.contains(&true) || is_seen[at];
+        let colors = film.beauty().iter().enumerate().filter(|(at, _)| counts(*at));
+        let colors = colors.map(|(_, &[r, g, b, _])| Rgb::new(r, g, b));
         let luminances = colors.map(|color| self.picture.working_space.to_rec709(color).luminance());
         plan.picture.exposure = stops(luminances);
         tracing::info!("the exposure is {:.2} stops, by the first frame", plan.picture.exposure);
@@ -48,6 +56,24 @@ impl Plan {
             adaptive.gain = exponential::pow(2.0, plan.picture.exposure);
         }
         Ok(plan)
+    }
+
+    /// Whether the middle of each pixel shows a surface, in a picture with these settings.
+    fn surfaces(
+        &self,
+        scene: &Scene,
+        camera: &FrameCamera,
+        settings: &Settings,
+        control: &Control<'_>,
+    ) -> Result<Vec<bool>, RenderError> {
+        let settings = Settings {
+            content: Content::FirstHits,
+            samples: SampleBudget::fixed(1),
+            filter: None,
+            ..settings.clone()
+        };
+        let film = Renderer::new().render(scene, camera, self.picture.integrator.as_dyn(), &settings, control)?;
+        Ok(film.beauty().iter().map(|pixel| pixel[3] > 0.0).collect())
     }
 }
 

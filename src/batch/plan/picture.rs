@@ -79,12 +79,16 @@ impl PicturePlan {
             settings.samples.adaptive = None;
         }
         let scene = desc.source.path.file_name().unwrap_or_default();
-        let turntable = request.turntable.zip(camera);
+        let turntable = request.turntable.zip(camera).map(|(turn, start)| Turntable {
+            start,
+            frames: turn.frames,
+            degrees: turn.degrees,
+        });
         Ok(Self {
             scene: scene.to_string_lossy().into_owned(),
             model: (request.point_radius, request.variant.clone(), request.light_units),
             camera,
-            turntable: turntable.map(|(frames, start)| Turntable { start, frames }),
+            turntable,
             fps: request.fps.map(frame_rate::rational),
             animation: request.animation.clone(),
             accel: request.accel,

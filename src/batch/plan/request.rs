@@ -6,7 +6,8 @@ use crate::{
     accel::BuildOptions,
     assets::store::MissingAssets,
     batch::{
-        DenoiseOptions, DenoiseSteps, Existing, FrameRange, IfBusy, JobPart, OnFailure, products::metadata::Sidecar,
+        DenoiseOptions, DenoiseSteps, Existing, FrameRange, IfBusy, JobPart, OnFailure, Turn,
+        products::metadata::Sidecar,
     },
     camera::RotationOrder,
     describe::Overrides,
@@ -35,7 +36,11 @@ pub struct Request {
     /// The animations that are played of the model that is the scene.
     pub animation: Option<AnimationChoice>,
     /// Instead of a camera path: frames of an orbit around the scene.
-    pub turntable: Option<u32>,
+    pub turntable: Option<Turn>,
+    /// Whether the scene's camera is moved along its line of sight until the scene fits into the picture.
+    pub frame_to_fit: bool,
+    /// Whether a model that is the scene stands on a ground.
+    pub ground: bool,
     pub range: Option<FrameRange>,
     /// The share of these frames that this job renders.
     pub part: Option<JobPart>,

@@ -14,6 +14,7 @@ use crate::{
         orthographic::OrthographicDesc,
         perspective::{FovDegrees, PerspectiveDesc},
     },
+    describe::{Overrides, Stage},
     math::{Aabb, DAabb, Vec3, origin},
     value::{Point, Positive, Spanned, one_line},
     warnings::{WarningKind, Warnings},
@@ -23,8 +24,29 @@ use crate::{
 const FOV: f64 = 35.0;
 /// The direction of the default camera from the model: right, above and in front, a three-quarter view.
 const FROM: DVec3 = DVec3::new(0.6, 0.36, 1.0);
+/// The width of a full-frame sensor, in mm.
+const SENSOR_WIDTH: f64 = 36.0;
 /// The width of the picture relative to the model.
 const MARGIN: f64 = 1.08;
+
+/// The lens that flags give a camera.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct StageLens {
+    /// In mm, with a full-frame sensor.
+    pub focal_length: Option<f64>,
+    fstop: Option<f64>,
+}
+
+impl StageLens {
+    pub fn new(overrides: &Overrides) -> Self {
+        let of = |wanted| overrides.stage().filter(|(stage, _)| *stage == wanted).last();
+        let number = |wanted| of(wanted).and_then(|(_, text)| text.parse().ok());
+        Self {
+            focal_length: number(Stage::Lens),
+            fstop: number(Stage::FStop),
+        }
+    }
+}
 
 /// A camera that is supplied.
 #[derive(Clone, Copy, Debug)]
@@ -33,6 +55,7 @@ pub(super) struct SuppliedCamera {
     target: DVec3,
     up: DVec3,
     lens: SuppliedLens,
+    stage: StageLens,
 }
 
 #[derive(Clone, Copy, Debug)]
@@ -43,11 +66,20 @@ enum SuppliedLens {
     Orthographic(f64),
 }
 
+fn positive(v: f64) -> Spanned<Positive> {
+    unspanned(Positive(v as f32))
+}
+
 fn unspanned<T>(value: T) -> Spanned<T> {
     Spanned::new(0..0, value)
 }
 
 impl SuppliedCamera {
+    /// The same camera with this lens, if it has one.
+    pub fn with(self, stage: StageLens) -> Self {
+        Self { stage, ..self }
+    }
+
     /// The kind in a scene file.
     pub fn kind(&self) -> &'static str {
         match self.lens {
@@ -74,16 +106,16 @@ impl SuppliedCamera {
                 eye,
                 target: unspanned(target),
                 up,
-                fov: Some(unspanned(FovDegrees(degrees))),
+                fov: Some(unspanned(FovDegrees(degrees))).filter(|_| self.stage.focal_length.is_none()),
                 blades: None,
                 blade_rotation: None,
                 fov_x: None,
-                focal_length: None,
-                sensor_width: None,
+                focal_length: self.stage.focal_length.map(positive),
+                sensor_width: self.stage.focal_length.map(|_| positive(SENSOR_WIDTH)),
                 sensor_fit: None,
                 sensor_height: None,
                 aperture_radius: None,
-                fstop: None,
+                fstop: self.stage.fstop.map(positive),
                 focus_distance: None,
                 shift: None,
             }),
@@ -98,8 +130,9 @@ impl SuppliedCamera {
     }
 }
 
-/// The default camera, which frames `bounds` in a picture of this ratio of its sides.
-pub(super) fn framing(bounds: &DAabb, aspect: f64) -> SuppliedCamera {
+/// The default camera, which frames `bounds` in a picture of this ratio of its sides; with a lens of this focal length, in mm, if one is
+/// given.
+pub(super) fn framing(bounds: &DAabb, aspect: f64, focal_length: Option<f64>) -> SuppliedCamera {
     let origin = origin::of_box(bounds).unwrap_or_default();
     let bounds = bounds.relative_to(origin);
     let bounds = if bounds.is_finite() {
@@ -111,7 +144,11 @@ pub(super) fn framing(bounds: &DAabb, aspect: f64) -> SuppliedCamera {
     let back = FROM.normalize();
     let right = DVec3::Y.cross(back).normalize();
     let up = back.cross(right);
-    let tan = DVec2::new(aspect, 1.0) * libm::tan(0.5 * FOV.to_radians()) / MARGIN;
+    let half_height = match focal_length {
+        Some(mm) => 0.5 * SENSOR_WIDTH / (mm * aspect),
+        None => libm::tan(0.5 * FOV.to_radians()),
+    };
+    let tan = DVec2::new(aspect, 1.0) * half_height / MARGIN;
     // A corner at x to the right and z towards the camera is visible if |x| <= (distance - z) tan.
     let distance = (0..8)
         .map(|i| {
@@ -128,6 +165,7 @@ pub(super) fn framing(bounds: &DAabb, aspect: f64) -> SuppliedCamera {
         target,
         up: DVec3::Y,
         lens: SuppliedLens::Perspective(FOV),
+        stage: StageLens::default(),
     }
 }
 
@@ -183,7 +221,13 @@ pub(super) fn own(camera: &ModelCamera, center: DVec3) -> Option<SuppliedCamera>
         ModelView::Perspective { fov } => SuppliedLens::Perspective((fov > 0.0 && fov < PI).then(|| fov.to_degrees())?),
         ModelView::Orthographic { height } => SuppliedLens::Orthographic(height),
     };
-    Some(SuppliedCamera { eye, target, up, lens })
+    Some(SuppliedCamera {
+        eye,
+        target,
+        up,
+        lens,
+        stage: StageLens::default(),
+    })
 }
 
 #[cfg(test)]
@@ -195,7 +239,7 @@ mod tests {
     fn the_default_view_holds_the_whole_model_and_little_more() {
         let bounds = Aabb::from_points([Vec3::new(-1.0, 4.0, 0.0), Vec3::new(9.0, 5.0, 2.0)]);
         for aspect in [0.5, 1.0, 16.0 / 9.0] {
-            let compiled = framing(&bounds.into(), aspect).desc().compile().unwrap();
+            let compiled = framing(&bounds.into(), aspect, None).desc().compile().unwrap();
             let to_camera = compiled.pose.world_from_camera().inverse();
             let tan = libm::tan(0.5 * FOV.to_radians());
             let reach = (0..8)

@@ -26,17 +26,12 @@ const TABLES: [(&str, &str, &[&str]); 11] = [
 ];
 
 /// Files that may name kinds of an enum, and why.
-const EXCEPTIONS: [(&str, &str, &str); 10] = [
+const EXCEPTIONS: [(&str, &str, &str); 9] = [
     ("src/material/", "Bsdf", "a material chooses the BSDF of its surfaces"),
     (
         "src/compile/default_scene/camera.rs",
         "CameraDesc",
         "a model without a scene gets a camera",
-    ),
-    (
-        "src/compile/default_scene.rs",
-        "LightDesc",
-        "a model without lights gets a sun",
     ),
     (
         "src/compile/model_lights.rs",
