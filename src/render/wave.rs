@@ -210,8 +210,9 @@ impl Wave {
     fn start_paths(&mut self, context: &RenderContext<'_>) {
         if context.fills_film {
             self.alpha.resize(self.weights.len(), 1.0);
-            // Cones have grown since the last tile.
-            if context.cone.is_some() || self.camera_paths.first().is_some_and(|other| *other != context.path(0)) {
+            // Cones have grown since the last tile, and paths have passed surfaces.
+            let have_changed = context.cone.is_some() || context.paths_pass;
+            if have_changed || self.camera_paths.first().is_some_and(|other| *other != context.path(0)) {
                 self.camera_paths.clear();
             }
             let more = self.camera_paths.len() as u32..self.weights.len() as u32;

@@ -159,6 +159,30 @@ fn a_surface_without_texture_coordinates_has_the_same_pixels_whatever_was_hit_be
 }
 
 #[test]
+fn rays_that_passed_a_surface_leave_nothing_to_those_of_the_next_tile() {
+    let folder = Folder::new();
+    folder.write(
+        "s.toml",
+        r#"
+[render]
+width = 70
+height = 50
+samples = 8
+[camera]
+perspective = { eye = [0, 0, 5], target = [0, 0, 0], fov = 40 }
+[background]
+color = [0.5, 0.7, 1]
+[material.veil]
+principled = { base_color = 1, opacity = 0.5, transmission = 1, thickness = 1, attenuation_color = [0.3, 0.9, 0.4], attenuation_distance = 0.5 }
+[[object]]
+material = "veil"
+shape.sphere = { center = [0, 0, 0], radius = 1 }
+"#,
+    );
+    assert_a_crop_has_the_same_pixels(&folder);
+}
+
+#[test]
 fn every_accelerator_writes_the_same_file() {
     let folder = prepared();
     for accel in ["linear", "bvh2", "wide"] {
