@@ -258,7 +258,8 @@ impl TileAccumulator {
         let mut sum = self.beauty[pixel];
         let mut invalid = 0;
         for sample in samples {
-            if sample.l.is_finite() && sample.without.is_none_or(Rgb::is_finite) {
+            let is_finite = !layout.has_catchers || sample.without.is_none_or(Rgb::is_finite);
+            if is_finite && sample.l.is_finite() {
                 sum.add(sample.l, sample.alpha, sample.weight);
                 for (own, (_, layer)) in self.light[pixel * layout.light.len()..].iter_mut().zip(&layout.light) {
                     // Parts of a ratio have no sum.

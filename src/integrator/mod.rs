@@ -168,15 +168,25 @@ pub struct VertexContext<'a> {
     pub camera: &'a Camera,
     /// The round of shadow rays, from 0: see [`Integrator::shadow_rounds`].
     pub round: u32,
-    /// The objects that the path meets.
-    pub world: LitWorld,
+    /// The number of samples of the wave. Paths of higher numbers meet catchers alone.
+    pub sample_count: u32,
 }
 
 impl VertexContext<'_> {
     /// Whether a sampled light lights an object.
     #[inline(always)]
     pub fn is_lit(&self, object: ObjectId, light: LightId) -> bool {
-        self.scene.is_lit(object, light, self.world)
+        !self.scene.selects_lights() || self.scene.is_lit(object, light, self.world())
+    }
+
+    /// The objects that the path meets.
+    #[inline]
+    fn world(&self) -> LitWorld {
+        if self.path.sample < self.sample_count {
+            LitWorld::Whole
+        } else {
+            LitWorld::Catchers
+        }
     }
 
     /// Whether light of this origin, which the path has found, lights the path's last vertex.

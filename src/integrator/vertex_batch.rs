@@ -7,7 +7,7 @@ use crate::{
     light::environment::EnvironmentLight,
     math::Ray,
     sampler::{PathSampler, SampleBatch, SampleKeys, Sampler},
-    scene::{FamilyBlock, LightFamily, LightSamples, LitWorld, Scene, SurfaceInteraction, surface_soa::SoaBlock},
+    scene::{FamilyBlock, LightFamily, LightSamples, Scene, SurfaceInteraction, surface_soa::SoaBlock},
 };
 
 /// Vertices that are shaded together: all of them on surfaces, or all of them misses.
@@ -75,11 +75,7 @@ impl<'a> VertexBatch<'a> {
             lights: self.lights,
             camera: self.camera,
             round: self.round,
-            world: if self.paths[i].sample < self.sample_count {
-                LitWorld::Whole
-            } else {
-                LitWorld::Catchers
-            },
+            sample_count: self.sample_count,
         }
     }
 

@@ -33,15 +33,16 @@ impl Scene {
         set == LightSetId::default() || self.shading.light_links.has(set, origin)
     }
 
-    /// Whether a sampled light lights an object in this world.
+    /// Whether some sampled lights do not light all objects, or not in all worlds.
     #[inline(always)]
-    pub fn is_lit(&self, object: ObjectId, light: LightId, world: LitWorld) -> bool {
-        (!self.has_links && world == LitWorld::Whole) || self.is_lit_by(object, light, world)
+    pub fn selects_lights(&self) -> bool {
+        self.selects_lights
     }
 
+    /// Whether a sampled light lights an object in this world.
     #[cold]
     #[inline(never)]
-    fn is_lit_by(&self, object: ObjectId, light: LightId, world: LitWorld) -> bool {
+    pub fn is_lit(&self, object: ObjectId, light: LightId, world: LitWorld) -> bool {
         let origin = self.origin_of(light);
         let is_there = match (world, origin) {
             (LitWorld::Catchers, LightOrigin::Object(emitter)) => {

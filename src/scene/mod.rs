@@ -144,6 +144,8 @@ pub struct Scene {
     samples_lights_only: bool,
     /// Whether some lights do not light all objects.
     has_links: bool,
+    /// Whether that is so, or the scene has shadow catchers.
+    selects_lights: bool,
     /// See [`Scene::mattes`].
     mattes: OnceLock<Mattes>,
 }
@@ -154,15 +156,19 @@ impl Scene {
         let lights = Lights::new(&geometry, &shading);
         let (hides, samples_lights_only) =
             ray_visibility::of_objects(geometry.objects.iter().map(|o| o.rays), lights.emitters().count() > 0);
+        let has_links = geometry
+            .objects
+            .iter()
+            .any(|object| object.lit_by != LightSetId::default());
+        let is_catcher = |object: &Object| object.role == ObjectRole::ShadowCatcher;
+        let selects_lights = has_links || geometry.objects.iter().any(is_catcher);
         Self {
             origin,
             lights,
             hides,
             samples_lights_only,
-            has_links: geometry
-                .objects
-                .iter()
-                .any(|object| object.lit_by != LightSetId::default()),
+            has_links,
+            selects_lights,
             geometry,
             shading,
             mattes: OnceLock::new(),
