@@ -224,7 +224,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "NAME|all", hide_short_help = true, help_heading = heading::FRAMES)]
     pub animation: Vec<String>,
 
-    /// Orbit the scene once in N frames instead, starting at its own camera
+    /// Orbit the scene once in N frames, from its own camera
     ///
     /// N:DEGREES turns by another angle: counterclockwise as seen from above, clockwise below 0. The last frame is one step before the end.
     #[arg(long, value_name = "N", visible_alias = "orbit", conflicts_with = "frames", allow_hyphen_values = true, help_heading = heading::FRAMES)]
