@@ -75,7 +75,7 @@ fn every_command_of_the_readme_runs() {
 #[test]
 fn every_command_of_the_guide_runs_on_its_scene_and_its_path() {
     let folder = folder();
-    let [table, cube] = <[String; 2]>::try_from(blocks("docs/guide.md", "toml")).expect("two scenes");
+    let [table, cube, plate] = <[String; 3]>::try_from(blocks("docs/guide.md", "toml")).expect("three scenes");
     folder.write("table.toml", &table);
     folder.write("cube.toml", &cube);
     folder.write("path.csv", &blocks("docs/guide.md", "csv").swap_remove(0));
@@ -93,6 +93,10 @@ fn every_command_of_the_guide_runs_on_its_scene_and_its_path() {
     // A scene with a camera, and a model in it.
     folder.write("both.toml", &format!("{table}{cube}"));
     folder.succeed(&["check", "both.toml"]);
+    // A scene that goes over a plate.
+    folder.write("plate.toml", &plate);
+    fs::copy(repo("scenes/kinds/sky.hdr"), folder.path("set.hdr")).expect("writable");
+    run(&folder, "plate.toml -o plate.exr");
 }
 
 #[test]
