@@ -304,6 +304,8 @@ async function a_scene_that_changes_is_loaded_by_one_press(page) {
     assert.deepEqual(await page.evaluate(clashes), []);
     await page.click("#reload");
     await page.locator("#changed").waitFor({ state: "hidden" });
+    // The last picture of the old scene may still be settled when the new one begins.
+    await page.waitForFunction((color) => [...pen.getImageData(2, 2, 1, 1).data.slice(0, 3)].join() === color, color);
     await settled(page);
     assert.equal(await corner(), color);
   }
