@@ -1,4 +1,4 @@
-//! The background: a colour, an environment map from a file, or a sky.
+//! The background: a colour, a gradient, an environment map from a file, or a sky.
 
 use super::compiler::Compiler;
 use crate::{
@@ -9,7 +9,7 @@ use crate::{
         environment::{Environment, EnvironmentDesc},
         sky::Sky,
     },
-    math::{DMat3, Rgb, WorkingSpace, transform::axis_rotation},
+    math::{DMat3, Rgb, WorkingSpace, transform},
     scene::{Background, BackgroundRadiance},
     texture::{Bitmap, bitmap::ColorSpace},
     value::Problem,
@@ -58,10 +58,7 @@ pub(super) fn sky(desc: &BackgroundDesc) -> Result<Option<Sky>, Problem> {
 
 /// The rotation of an environment map to the world.
 fn rotation(environment: &EnvironmentDesc) -> DMat3 {
-    environment.rotate.map_or(DMat3::IDENTITY, |r| {
-        let r = r.0;
-        axis_rotation(2, r.z) * axis_rotation(1, r.y) * axis_rotation(0, r.x)
-    })
+    environment.rotate.map_or(DMat3::IDENTITY, |r| transform::rotation(r.0))
 }
 
 /// The light of an environment map with the rotation of this background.

@@ -36,13 +36,14 @@ use crate::{
 /// The number of steps of a run, and of a table, at whose ends the bounds are computed.
 const RUN_SAMPLES: u32 = 64;
 
-/// A sky that is brighter above than below, which shades white surfaces from 0.17 (facing down) over 0.3 (sideways) to 0.5 (up), before
+/// A sky that is brighter above than below, which shades white surfaces from 0.16 (facing down) over 0.26 (sideways) to 0.37 (up), before
 /// a darker backdrop, so that none of them vanishes in it.
-const SKY: &str = "[background]\ngradient = { up = 0.8, side = 0.35, down = 0.15 }\nbackdrop = 0.06\n";
+const SKY: &str = "[background]\ngradient = { up = 0.55, side = 0.3, down = 0.15 }\nbackdrop = 0.06\n";
 /// The background of a file with lights, which gets no others.
 const NO_SKY: &str = "[background]\ncolor = 0\n";
-/// A large sun over the left shoulder of the default camera, which adds up to 0.5 to a white surface and casts soft shadows.
-const SUN: &str = "[[light]]\nsun = { direction = [0.35, -1, -0.75], irradiance = 2.2, angle = 10 }\n";
+/// A large sun over the left shoulder of the default camera, which adds up to 0.5 to a white surface and casts soft shadows. What smooth
+/// metal mirrors of a smaller one speckles the ground.
+const SUN: &str = "[[light]]\nsun = { direction = [0.35, -1, -0.75], irradiance = 1.9, angle = 20 }\n";
 
 /// The radius of the ground relative to half of the diagonal of a model's box.
 const GROUND_SIZE: f64 = 4.0;

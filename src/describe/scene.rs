@@ -124,7 +124,7 @@ impl SceneDesc {
 /// | `environment` | an environment map, instead of `color` | | none |
 /// | `sky` | a clear sky with its sun, instead of `color` | | none |
 /// | `gradient` | light that changes from below to above, instead of `color` | | none |
-/// | `backdrop` | number or `[r, g, b]`: the radiance that the camera sees in place of all of these; it lights nothing, and mirrors and glass do not show it | W m^-2 sr^-1 | none |
+/// | `backdrop` | number or `[r, g, b]`: the radiance that the camera sees in place of all of these and of the disks of suns; it lights nothing, and mirrors and glass do not show it | W m^-2 sr^-1 | none |
 /// | `visible` | whether the camera sees the background; if not, R, G, B and A are 0 there. It lights the scene all the same | | `true` |
 /// | `group` | the name of its light group, see `[[light]]` | | none |
 ///

@@ -60,7 +60,7 @@ use serde::Deserialize;
 
 use super::{LightKind, environment::Environment, sun::SunLight};
 use crate::{
-    math::{DMat3, Rgb, WorkingSpace, transform::axis_rotation},
+    math::{DMat3, Rgb, WorkingSpace, transform},
     texture::Bitmap,
     value::{Finite, NonNegative, Point, Problem, RgbFactor, Span, Spanned},
 };
@@ -162,9 +162,7 @@ impl SkyDesc {
             return Err(Problem::at(given.span(), "expected an albedo of at most 1"));
         }
         let sun_size = within(&self.sun_size, "a size", [0.0, 90.0], 0.545)?.to_radians();
-        let rotate = self.rotate.map_or(DMat3::IDENTITY, |r| {
-            axis_rotation(2, r.0.z) * axis_rotation(1, r.0.y) * axis_rotation(0, r.0.x)
-        });
+        let rotate = self.rotate.map_or(DMat3::IDENTITY, |r| transform::rotation(r.0));
         Ok(Sky {
             setting: Setting {
                 air: Air {
@@ -176,7 +174,7 @@ impl SkyDesc {
                 elevation: sun.elevation.to_radians(),
                 altitude: 1e-3 * within(&self.altitude, "an altitude", [0.0, 50_000.0], 0.0)?,
             },
-            world_from_map: rotate * axis_rotation(1, -sun.azimuth),
+            world_from_map: rotate * transform::axis_rotation(1, -sun.azimuth),
             intensity: self.intensity.map_or(1.0, |i| i.0),
             sun_intensity: self.sun_intensity.map_or(1.0, |i| i.0),
             sun_size: sun_size as f32,

@@ -150,6 +150,7 @@ impl Lights {
             background: radiance.is_sampled().then_some(background),
             infinite,
             has_visible_suns: shading.background.visible
+                && shading.background.backdrop.is_none()
                 && suns.iter().any(|sun| all[sun.0 as usize].is_seen_by_camera()),
             suns,
             all,

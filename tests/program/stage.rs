@@ -113,6 +113,15 @@ fn a_backdrop_does_not_change_the_metered_exposure() {
 }
 
 #[test]
+fn before_a_backdrop_no_sun_is_seen() {
+    let sky = "sky = { elevation = 3, azimuth = 0, sun_size = 8 }";
+    let scene = format!("{HEAD}{CAMERA}").replace("color = 0.3", sky);
+    let (seen, hidden) = (picture(&scene, &[]), picture(&scene, &["--background", "0.25"]));
+    assert!(seen.iter().any(|pixel| pixel[0] > 1.0));
+    assert!(hidden.iter().all(|pixel| *pixel == [0.25; 3]));
+}
+
+#[test]
 fn a_sun_of_a_flag_turns_that_of_the_scene_or_is_added() {
     let scene = format!("{HEAD}{CAMERA}{BALL}");
     let sun = |direction: &str, irradiance: f32| {
