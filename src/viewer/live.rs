@@ -8,7 +8,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use rayon::ThreadPoolBuilder;
+use rayon::{ThreadPool, ThreadPoolBuilder};
 
 use super::{
     canvas::Canvas,
@@ -46,13 +46,11 @@ const PART_EVERY: Duration = Duration::from_millis(200);
 
 /// Renders views on `threads` threads until the session stops.
 pub fn run(session: &Session, threads: usize) -> Result<(), Error> {
-    let pool = ThreadPoolBuilder::new()
-        .num_threads(threads)
-        .thread_name(|i| format!("view {i}"))
-        .build()
-        .map_err(|e| Error::threads("the threads that render the view", &e))?;
+    let pool = build_pool(threads)?;
     let mut view_renderer = ViewRenderer {
         session,
+        // The browser draws one picture of a moving camera while the next is rendered.
+        first_pool: build_pool(threads.saturating_sub(1).max(1))?,
         renderer: Renderer::new(),
         counters: Counters::default(),
         pace: Pace::default(),
@@ -73,9 +71,19 @@ pub fn run(session: &Session, threads: usize) -> Result<(), Error> {
     Ok(())
 }
 
+fn build_pool(threads: usize) -> Result<ThreadPool, Error> {
+    ThreadPoolBuilder::new()
+        .num_threads(threads)
+        .thread_name(|i| format!("view {i}"))
+        .build()
+        .map_err(|e| Error::threads("the threads that render the view", &e))
+}
+
 /// Renders one view after the other.
 struct ViewRenderer<'a> {
     session: &'a Session,
+    /// The threads of first pictures: a processor fewer than all.
+    first_pool: ThreadPool,
     renderer: Renderer,
     counters: Counters,
     pace: Pace,
@@ -114,7 +122,9 @@ impl ViewRenderer<'_> {
             counters: Some(&self.counters),
             ..Control::default()
         };
-        let film = self.film::<StillScene<'_>>(task, (&mut StillScene(scene), &camera), &coarse, &unwatched)?;
+        let film = self
+            .first_pool
+            .install(|| self.film::<StillScene<'_>>(task, (&mut StillScene(scene), &camera), &coarse, &unwatched))?;
         self.pace.learn(coarse.window.area() as u64, begun.elapsed());
         canvas.draw_film(&film);
         let rgb = canvas.rgb();
