@@ -100,6 +100,16 @@ pub fn strips() -> Vec<Strip> {
             size: [200, 134],
         },
         Strip {
+            file: "object-back-faces",
+            scene: include_str!("shell.toml"),
+            placeholder: "SHOWN",
+            setting: "VALUE",
+            label: "back_faces",
+            values: vec!["shaded", "black", "culled"],
+            columns: 3,
+            size: [200, 160],
+        },
+        Strip {
             file: "output-views",
             scene: include_str!("lamps.toml"),
             placeholder: "SHOWN",

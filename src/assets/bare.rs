@@ -135,11 +135,11 @@ pub(super) fn model_of(placed: PlacedMesh) -> Result<Model, MeshError> {
     let has_colors = !mesh.colors.is_empty();
     let color = Rgb::gray(if has_colors { 1.0 } else { 0.8 });
     model.materials.push(ModelMaterial {
-        name: String::new(),
         surface: Principled {
             reads_vertices: has_colors,
             ..Principled::matte(Color::Constant(color))
         },
+        ..ModelMaterial::default()
     });
     let place = DAffine3::from_translation(origin);
     if mesh.triangles.is_empty() {

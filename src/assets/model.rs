@@ -146,6 +146,8 @@ pub struct ModelMaterial {
     pub name: String,
     /// Its [`TextureId`](crate::texture::TextureId)s are indices into [`Model::textures`].
     pub surface: Principled,
+    /// Whether the file says that its backs are not seen.
+    pub is_one_sided: bool,
 }
 
 impl Default for ModelMaterial {
@@ -154,6 +156,7 @@ impl Default for ModelMaterial {
         Self {
             name: String::new(),
             surface: Principled::matte(Color::Constant(Rgb::WHITE)),
+            is_one_sided: false,
         }
     }
 }

@@ -248,6 +248,7 @@ impl Moving<'_> {
 fn change(entity: Entity, path: &[String]) -> Option<Change> {
     let is = |step: usize, name: &str| path.get(step).is_some_and(|own| own == name);
     match entity {
+        Entity::Material(_) if is(0, "back_faces") => Some(Change::Other),
         Entity::Material(at) => Some(Change::Material(at)),
         Entity::Light(at) => Some(Change::Light(at)),
         Entity::Background if is(0, "visible") => Some(Change::BackgroundVisible),

@@ -8,7 +8,7 @@ use crate::{
     describe::{MaterialEntry, SceneDesc},
     material::{Find, Material, MaterialId, matte::Matte, principled::Principled},
     math::ColorConversion,
-    scene::SceneBuilder,
+    scene::{BackFaces, MaterialBackFaces, SceneBuilder, two_sided_reason},
     texture::{BitmapId, Color, Mapping, Pattern, Texture, TextureId, Textures, image::ImagePattern},
     value::{ColorSource, Problem, Spanned},
     warnings::{WarningKind, Warnings},
@@ -19,7 +19,12 @@ impl Compiler<'_> {
         let names = MaterialNames::new(self.desc);
         for entry in &self.desc.materials {
             if let Some(material) = self.record(names.material(entry)) {
-                self.scene.named_material(entry.name.get_ref(), material);
+                let id = self.scene.named_material(entry.name.get_ref(), material);
+                if let Some(backs) = &entry.back_faces {
+                    let (own, in_file) = (*backs.get_ref(), *backs.get_ref());
+                    self.scene
+                        .set_material_back_faces(id, MaterialBackFaces { own, in_file });
+                }
             }
         }
     }
@@ -45,7 +50,14 @@ impl<'a> MaterialNames<'a> {
 
     /// Compiles a material of the scene file.
     pub fn material(&self, entry: &MaterialEntry) -> Result<Material, Problem> {
-        self.material_in(entry, &[entry.name.get_ref()])
+        let material = self.material_in(entry, &[entry.name.get_ref()])?;
+        match (&entry.back_faces, two_sided_reason(&material)) {
+            (Some(backs), Some(reason)) if *backs.get_ref() != BackFaces::Shaded => {
+                let message = format!("the material has no back: {reason}");
+                Err(Problem::at(backs.span(), message))
+            }
+            _ => Ok(material),
+        }
     }
 
     /// Compiles a material that the mixtures `within` are made of, itself the last of them.
@@ -86,7 +98,9 @@ impl<'a> MaterialNames<'a> {
             return Err(Problem::at(name.span(), "the mixture contains itself"));
         }
         let within = [within, &[name.get_ref()]].concat();
-        let unmixable = match self.material_in(&self.desc.materials[id as usize], &within) {
+        let entry = &self.desc.materials[id as usize];
+        let unmixable = match self.material_in(entry, &within) {
+            Ok(_) if entry.back_faces.is_some() => Some("only the whole mixture may have `back_faces`"),
             Ok(material) => unmixable(&material),
             // It is told where it is.
             Err(_) => Some("it has an error of its own"),
@@ -121,7 +135,11 @@ pub(super) fn add_model_materials(scene: &mut SceneBuilder, model: &Model, bitma
         scene.texture(texture_of(texture, *bitmap));
     }
     for material in &model.materials {
-        scene.named_material(&material.name, model_material(&material.surface, first));
+        let id = scene.named_material(&material.name, model_material(&material.surface, first));
+        if material.is_one_sided {
+            let (own, in_file) = (BackFaces::Shaded, BackFaces::Culled);
+            scene.set_material_back_faces(id, MaterialBackFaces { own, in_file });
+        }
     }
 }
 

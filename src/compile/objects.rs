@@ -15,7 +15,7 @@ use crate::{
     describe::{Entity, ObjectDesc, SceneDesc},
     material::MaterialId,
     math::{DAffine3, DVec3},
-    scene::{ObjectId, ObjectRole},
+    scene::{ObjectBackFaces, ObjectId, ObjectRole},
     shape::ShapeDesc,
     value::{Problem, Spanned, UnknownName},
 };
@@ -112,6 +112,13 @@ impl Compiler<'_> {
             (false, None) => ObjectRole::Ordinary,
         };
         self.scene.set_object_visibility(id, object.ray_visibility, role);
+        if let Some(backs) = &object.back_faces {
+            if *backs.get_ref() == ObjectBackFaces::File && !is_model(object) {
+                let message = "only the file of a model says which backs are seen";
+                self.problems.push(Problem::at(backs.span(), message));
+            }
+            self.scene.set_object_back_faces(id, Some(*backs.get_ref()));
+        }
         if let Some(lights) = self.lights_of(object) {
             self.scene.set_object_lights(id, lights);
         }

@@ -138,6 +138,19 @@ const KEYS: &[(&[&str], &str)] = &[
     (&["filename", "filepath", "path"], "file"),
     (&["bsdf", "texture"], "material"),
     (&["spp", "sample_count"], "samples"),
+    (
+        &[
+            "two_sided",
+            "twosided",
+            "double_sided",
+            "doubleSided",
+            "one_sided",
+            "sides",
+            "backface_culling",
+            "use_backface_culling",
+        ],
+        "back_faces",
+    ),
 ];
 
 /// The help for a name that is not among the `known` ones, if another program has it.
@@ -151,6 +164,7 @@ pub(super) fn help(name: &str, known: &[&str]) -> Option<String> {
             .find(|(names, key)| names.contains(&name) && known.contains(key));
         key.map(|(_, key)| match *key {
             "transform" => "write transform = { translate = [x, y, z] }".to_owned(),
+            "back_faces" => "write `back_faces`: \"shaded\", \"black\" or \"culled\"".to_owned(),
             key => format!("write `{key}`"),
         })
     };

@@ -1,5 +1,6 @@
 //! Tables of which one key names a kind, as those of integrators, cameras and materials.
 
+use super::foreign;
 use crate::{
     camera::CameraDesc,
     filter::FilterDesc,
@@ -41,7 +42,10 @@ pub(super) static CAMERA: KindTable = KindTable {
 pub(super) static FILTER: KindTable = table("filter", FilterDesc::NAMES);
 pub(super) static INTEGRATOR: KindTable = table("integrator", IntegratorDesc::NAMES);
 pub(super) static MAPPING: KindTable = table("mapping", MappingDesc::NAMES);
-pub(super) static MATERIAL: KindTable = table("material", MaterialDesc::NAMES);
+pub(super) static MATERIAL: KindTable = KindTable {
+    beside: &["back_faces"],
+    ..table("material", MaterialDesc::NAMES)
+};
 pub(super) static SAMPLER: KindTable = table("sampler", SamplerDesc::NAMES);
 pub(super) static SHAPE: KindTable = table("shape", ShapeDesc::NAMES);
 pub(super) static LIGHT: KindTable = KindTable {
@@ -124,8 +128,13 @@ impl KindTable {
                     _ => format!("if it is a key of the {what}, it goes into its table: {kind} = {{ {key} = .. }}"),
                 };
                 let known = self.beside.iter().chain(self.kinds).copied();
-                let unknown = UnknownName::new("key", key, known);
-                Some(unknown.with_fallback(Some(help)).at(other.span()))
+                let names: Vec<&str> = known.clone().collect();
+                let unknown = UnknownName::new("key", key, known).with_fallback(Some(help));
+                let problem = unknown.at(other.span());
+                Some(Problem {
+                    help: foreign::help(key, &names).or(problem.help),
+                    ..problem
+                })
             }
             _ => None,
         }

@@ -205,9 +205,18 @@ impl Reader<'_> {
     }
 
     /// Parses the table of a material.
-    pub fn material(&mut self, name: Spanned<String>, value: Value<'_>) -> Option<MaterialEntry> {
+    pub fn material(&mut self, name: Spanned<String>, mut value: Value<'_>) -> Option<MaterialEntry> {
+        let back_faces = match value.get_mut() {
+            DeValue::Table(table) => table.remove("back_faces"),
+            _ => None,
+        };
+        let back_faces = back_faces.and_then(|backs| self.entity(backs));
         let material: MaterialDesc = self.kind(value, &kind_tables::MATERIAL)?;
-        Some(MaterialEntry { name, material })
+        Some(MaterialEntry {
+            name,
+            back_faces,
+            material,
+        })
     }
 
     /// Parses the table of an object.

@@ -37,7 +37,7 @@ use crate::{
     light::{LightDesc, environment::EnvironmentDesc, gradient::GradientDesc, sky::SkyDesc},
     material::MaterialDesc,
     math::{Transform, transform},
-    scene::RayVisibility,
+    scene::{BackFaces, ObjectBackFaces, RayVisibility},
     shape::ShapeDesc,
     texture::{MappingDesc, PatternDesc, StTransformDesc},
     value::{Coordinate, List, OneOrEach, Point, Problem, RgbFactor, Span, Spanned},
@@ -191,8 +191,13 @@ pub struct TextureEntry {
 
 /// A material: how a surface reflects, transmits and emits light.
 ///
-/// The table has one key, which names the kind of material. Objects use the material by its NAME. Objects whose material
-/// emits light are area lights.
+/// The table has one key, which names the kind of material, and may have another:
+///
+/// | key | type | default |
+/// |---|---|---|
+/// | `back_faces` | `"shaded"`, `"black"` or `"culled"`: how the side looks to which normals do not point, see [`[[object]]`](object.md) | `"shaded"` |
+///
+/// Objects use the material by its NAME. Objects whose material emits light are area lights.
 ///
 /// ```toml
 /// [material.wall]
@@ -205,6 +210,7 @@ pub struct TextureEntry {
 #[derive(Clone, Debug)]
 pub struct MaterialEntry {
     pub name: Spanned<String>,
+    pub back_faces: Option<Spanned<BackFaces>>,
     pub material: MaterialDesc,
 }
 
@@ -252,6 +258,7 @@ pub struct LightEntry {
 /// | `lights` | names of the lights that light it, see below | all |
 /// | `exclude_lights` | names of lights that do not light it | none |
 /// | `group` | the name of the light group of the light that it emits, see `[[light]]` | none |
+/// | `back_faces` | `"shaded"`, `"black"`, `"culled"` or, of a model, `"file"`: how the sides look to which normals do not point | those of its materials |
 /// | `node` | tables by the names of nodes of its model: `transform` and `visible` | those of the file |
 /// | `material_overrides` | by the names of materials of its model: NAME of a `[material.NAME]`, or a table of factors | those of the file |
 ///
@@ -267,6 +274,14 @@ pub struct LightEntry {
 /// the catcher itself, so give it the material, and the scene the exposure, of the plate. Where objects change nothing, its pixels are exactly 0. An emitting
 /// object counts as one of the objects, unless it is a catcher, too; lights are those of the plate. Mirrors and surfaces that light
 /// bounces from meet a catcher as any object. Passes of light components and light groups leave it out; data and mattes have it.
+///
+/// **One-sided surfaces**: the back of a surface is the side that its geometric normal does not point to: of a shape the inside, of a triangle the side
+/// from which its corners run clockwise. With `back_faces = "shaded"` both sides look the same. `"black"`: the back reflects, transmits and emits nothing, and
+/// blocks light, as in Mitsuba without `twosided`. `"culled"`: rays that meet the back pass as if it were not there (backface culling): those of the
+/// camera, of mirrors and of light that bounces, and shadow rays, which run from the lit surface to the light. So one looks into a room through the
+/// outside of its walls, while the light stays in it; and a plane whose back faces the floor throws no shadow on it. `"file"` culls the backs of those
+/// materials of a glTF file that have no `doubleSided`, as glTF says. The key of an object wins over those of its materials. Surfaces through which
+/// light enters a body (`glass` without `thin_walled`) and those that emit from both sides (`two_sided`) are never one-sided.
 ///
 /// **Light linking**: `lights` and `exclude_lights` take names of lights, of emitting objects (of a model also its lights), of light groups,
 /// `group:NAME` for a group alone, and `background`. Other lights neither light the surfaces of the object nor appear in its reflections, but the object blocks
@@ -331,6 +346,7 @@ pub struct ObjectDesc {
     #[serde(default)]
     pub exclude_lights: Vec<Spanned<String>>,
     pub group: Option<LightGroupName>,
+    pub back_faces: Option<Spanned<ObjectBackFaces>>,
     /// The keys `node` and `material_overrides`.
     #[serde(skip)]
     pub parts: PartsDesc,

@@ -21,7 +21,8 @@
 //! below the surface is mirrored at it.
 //!
 //! EXR headers record the limits that are set (`batch-render/maxDepth`, `/maxDiffuse`, `/maxSpecular`, `/maxTransmission`,
-//! `/clampDirect`, `/clampIndirect`). Both sides of a surface reflect. Radiance is not scaled by the square of the index of refraction
+//! `/clampDirect`, `/clampIndirect`). Both sides of a surface reflect, unless
+//! its `back_faces` are not shaded. Radiance is not scaled by the square of the index of refraction
 //! inside of media, as in the `whitted` integrator.
 //!
 //! Sources: Kajiya, "The Rendering Equation", SIGGRAPH 1986, doi:10.1145/15922.15902; for multiple importance sampling

@@ -24,13 +24,13 @@ use std::f32::consts::FRAC_1_PI;
 
 use serde::Deserialize;
 
-use super::{BatchKind, Find, MaterialKind, WhittedTerms, unit_scalar};
+use super::{BatchKind, Find, Material, MaterialKind, WhittedTerms, unit_scalar};
 use crate::{
     bsdf::{
         Bsdf,
         diffuse::{Lambert, OrenNayar},
     },
-    math::WorkingSpace,
+    math::{Rgb, WorkingSpace},
     texture::{Color, Scalar, TexturePoint, Textures},
     value::{Channel, ColorSource, Problem, ScalarSource, Spanned},
 };
@@ -65,6 +65,13 @@ impl Matte {
             albedo,
             roughness: Scalar::Constant(0.0),
         }
+    }
+}
+
+impl Material {
+    /// It reflects nothing.
+    pub fn black() -> Self {
+        Self::Matte(Matte::smooth(Color::Constant(Rgb::BLACK)))
     }
 }
 

@@ -7,7 +7,7 @@ use crate::{
     light::environment::EnvironmentLight,
     math::Ray,
     sampler::{Dimension, SampleBatch, SampleKeys, SampleUse},
-    scene::{LightNumbers, LightSamples, Surfaces},
+    scene::{LightNumbers, LightSamples, Scene, Surfaces},
 };
 
 /// The inputs of a batch of vertices, prepared before they are shaded.
@@ -41,6 +41,15 @@ impl BatchInputs {
             if shading.material(surface.material).mixture().is_some() {
                 let number = context.settings.sampler.get_2d(&self.keys.get(i), dimension).x;
                 surface.material = shading.unmixed(surface.material, &surface.texture, number);
+            }
+        }
+    }
+
+    /// Gives the surfaces whose black backs are seen the material of these.
+    pub fn blacken_backs(&mut self, scene: &Scene) {
+        if scene.has_black_backs() {
+            for surface in &mut self.surfaces.interactions {
+                scene.blacken_back(surface);
             }
         }
     }

@@ -61,7 +61,7 @@ impl<'a> RenderContext<'a> {
         let camera = moment.map_or(opening, |moment| frame_camera.camera(moment.fraction() as f32));
         // A sample has its share of the centre pixel; other pixels subtend no larger angle.
         let has_catchers = scene.has_catchers() && settings.content == Content::Light && !frame.integrator.wants_cost();
-        let passes_objects = scene.hides() || has_catchers;
+        let passes_objects = scene.hides() || scene.culls_backs() || has_catchers;
         let cone = || camera.pixel_cone().shared(settings.samples.max);
         Self {
             scene,

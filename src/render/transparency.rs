@@ -1,4 +1,4 @@
-//! Surfaces that rays pass: by their opacity, because their object is hidden from the ray, because a medium of higher priority fills the space, or because they do not refract.
+//! Surfaces that rays pass: by their opacity, because their object is hidden from the ray, because the ray meets a back that is culled, because a medium of higher priority fills the space, or because they do not refract.
 //!
 //! A path passes a surface with a probability of one minus its opacity; depth, random numbers and ray stay the same. A shadow ray
 //! is attenuated by all surfaces that it passes, and by the media between them. Scenes without such surfaces have no
@@ -98,7 +98,7 @@ pub(super) fn pass(
             let at = i as usize;
             let Some(hit) = &hits[at] else { continue };
             let (ray, path) = (&mut rays[at], &mut paths[at]);
-            if scene.is_hidden(hit, path.last.bounces.ray, world(path.sample, samples)) {
+            if scene.is_hidden(hit, path.last.bounces.ray, world(path.sample, samples)) || scene.is_culled(ray, hit) {
                 passages.entry(i).or_insert_with(|| Passages::from(ray.tmin));
                 ray.tmin = hit.t;
                 passing.which.push(i);
@@ -187,7 +187,7 @@ pub(super) fn transmittance(
                 return false;
             };
             let (ray, passage) = (&mut rays[at], &mut passages[at]);
-            if !scene.is_hidden(hit, RayKind::Shadow, world(light[at].0, samples)) {
+            if !scene.is_hidden(hit, RayKind::Shadow, world(light[at].0, samples)) && !scene.is_culled(ray, hit) {
                 arrives[at] *= through(scene, ray, hit, passage, &mut starts[at]);
             }
             ray.tmin = hit.t;
@@ -210,7 +210,7 @@ fn through(scene: &Scene, ray: &Ray, hit: &Hit, passage: &mut ShadowPassage, sta
     } else {
         let opacity = scene.opacity(ray, hit).clamp(0.0, 1.0);
         let mut passed = Rgb::gray(1.0 - opacity);
-        if opacity > 0.0 && passage.surfaces > 0 {
+        if opacity > 0.0 && passage.surfaces > 0 && !scene.is_black_back(ray, hit) {
             let straight = scene.straight_transmittance(ray, hit, passage.media);
             if !straight.is_black() {
                 passage.surfaces -= 1;

@@ -378,6 +378,7 @@ impl Wave {
             inputs
                 .samples
                 .generate(context.simd, sampler, &inputs.keys, dimension, &uses);
+            inputs.blacken_backs(context.scene);
             if context.scene.shading.has_mixtures() {
                 inputs.choose_materials(context, Dimension::mixture(depth));
             }

@@ -1,13 +1,14 @@
 //! Assembly of a [`Scene`], piece by piece: by `compile` from a description, by programs in code.
 
 mod colors;
+mod settings;
 
 use std::sync::Arc;
 
 use super::{
-    Background, InstanceRecord, LightGroups, LightId, LightLinks, LightOrigin, LightSet, LightSetId, MeshRecord,
-    NodeId, NodeName, Object, ObjectFromGroup, ObjectId, ObjectRole, RayVisibility, Scene, SceneBuildError,
-    SceneGeometry, SceneShading, contacts::Contacts, mesh_transform::MeshTransform,
+    Background, InstanceRecord, LightGroups, LightId, LightLinks, LightOrigin, LightSetId, MaterialBackFaces,
+    MeshRecord, NodeId, NodeName, Object, ObjectFromGroup, ObjectId, ObjectRole, RayVisibility, Scene, SceneBuildError,
+    SceneGeometry, SceneShading, back_faces::UsedBackFaces, contacts::Contacts, mesh_transform::MeshTransform,
 };
 use crate::{
     accel::{self, BuildOptions},
@@ -58,6 +59,8 @@ pub struct SceneBuilder {
     copies: u32,
     materials: Vec<Material>,
     material_names: Vec<String>,
+    /// Those of the first materials; the rest are shaded.
+    back_faces: Vec<MaterialBackFaces>,
     textures: Vec<Texture>,
     bitmaps: Vec<Bitmap>,
     lights: Vec<Light>,
@@ -83,6 +86,7 @@ impl SceneBuilder {
             copies: 0,
             materials: Vec::new(),
             material_names: Vec::new(),
+            back_faces: Vec::new(),
             textures: Vec::new(),
             bitmaps: Vec::new(),
             lights: Vec::new(),
@@ -243,38 +247,9 @@ impl SceneBuilder {
             rays: RayVisibility::default(),
             role: ObjectRole::default(),
             lit_by: LightSetId::default(),
+            back_faces: None,
         });
         ObjectId(self.objects.len() as u32 - 1)
-    }
-
-    /// Sets the rays that meet an object, and its part in the picture.
-    pub fn set_object_visibility(&mut self, object: ObjectId, rays: RayVisibility, role: ObjectRole) {
-        let object = &mut self.objects[object.0 as usize];
-        (object.rays, object.role) = (rays, role);
-    }
-
-    /// Sets the lights that light an object. All lights do beyond the 65,535th set of lights.
-    pub fn set_object_lights(&mut self, object: ObjectId, lights: LightSet) {
-        self.objects[object.0 as usize].lit_by = self.light_links.add(lights).unwrap_or_default();
-    }
-
-    /// Makes the last light part of an object, so that it lights what the object lights. Called after
-    /// [`SceneBuilder::set_object_lights`].
-    pub(crate) fn own_last_light(&mut self, owner: ObjectId) {
-        if let Some(last) = self.lights.len().checked_sub(1) {
-            self.light_links
-                .set_owner(LightId(last as u32), LightOrigin::Object(owner));
-        }
-    }
-
-    /// Names a part of an object that is not visible, and which keeps its matte and its number.
-    pub(crate) fn hidden_part(&mut self, object: ObjectId, node: Option<NodeId>) {
-        self.hidden.push((object, node));
-    }
-
-    /// Sets the material of those parts of an object that have none of their own.
-    pub(crate) fn set_object_material(&mut self, object: ObjectId, material: MaterialId) {
-        self.objects[object.0 as usize].material = material;
     }
 
     /// Adds the nodes of a model; parents are indices into `nodes`. Returns the id of the first.
@@ -488,12 +463,17 @@ impl SceneBuilder {
             named_nodes: self.named_nodes,
             hidden: self.hidden,
         };
-        let shading = SceneShading::new(
+        let mut shading = SceneShading::new(
             (self.material_names, self.materials),
             (self.textures, self.bitmaps),
             (self.lights, self.light_groups, self.light_links),
             self.background,
         );
+        shading.back_faces = self.back_faces;
+        let of_objects = geometry.objects.iter().map(|object| object.back_faces);
+        if UsedBackFaces::new(of_objects, &shading.back_faces).black {
+            shading.add_black();
+        }
         Ok(Scene::new(self.origin, Arc::new(geometry), Arc::new(shading)))
     }
 }

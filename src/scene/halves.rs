@@ -3,8 +3,8 @@
 use std::sync::Arc;
 
 use super::{
-    Background, InstanceRecord, LightGroups, LightId, LightLinks, Media, MeshRecord, NodeId, NodeName, Object,
-    ObjectId, contacts::Contacts, material_bsdfs::MaterialBsdfs,
+    Background, InstanceRecord, LightGroups, LightId, LightLinks, MaterialBackFaces, Media, MeshRecord, NodeId,
+    NodeName, Object, ObjectId, contacts::Contacts, material_bsdfs::MaterialBsdfs,
 };
 use crate::{
     accel::Accelerator,
@@ -73,6 +73,10 @@ pub struct SceneShading {
     pub light_groups: LightGroups,
     pub light_links: LightLinks,
     pub background: Background,
+    /// Those of the first materials; the rest are shaded.
+    pub(super) back_faces: Vec<MaterialBackFaces>,
+    /// The material of black backs: one more than have names. `None` where no back is black.
+    pub(super) black: Option<MaterialId>,
     /// See [`MaterialKind::is_spatially_varying`](crate::material::MaterialKind), for each material.
     is_spatially_varying: Vec<bool>,
     has_mixtures: bool,
@@ -121,9 +125,18 @@ impl SceneShading {
             light_groups,
             light_links,
             background,
+            back_faces: Vec::new(),
+            black: None,
         };
         shading.derive();
         shading
+    }
+
+    /// Adds the material of black backs.
+    pub(super) fn add_black(&mut self) {
+        self.black = Some(MaterialId(self.materials.len() as u32));
+        self.materials.push(Material::black());
+        self.derive();
     }
 
     /// Replaces these values.

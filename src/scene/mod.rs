@@ -8,6 +8,8 @@ use std::{
     sync::{Arc, OnceLock},
 };
 
+use back_faces::UsedBackFaces;
+
 use crate::{
     bsdf::Bsdf,
     geometry::Hit,
@@ -18,6 +20,7 @@ use crate::{
 };
 
 mod albedo;
+mod back_faces;
 pub mod background;
 pub mod builder;
 pub mod contacts;
@@ -42,6 +45,7 @@ pub mod media;
 mod mesh_transform;
 pub mod motion;
 pub mod names;
+mod one_sided;
 mod ray_visibility;
 pub mod shading_frame;
 pub mod surface_soa;
@@ -49,6 +53,7 @@ pub mod surfaces;
 pub mod update;
 mod vertex_attributes;
 
+pub use back_faces::{BackFaces, MaterialBackFaces, ObjectBackFaces, two_sided_reason};
 pub use background::{Background, BackgroundRadiance};
 pub(crate) use builder::MeshOwner;
 pub use builder::{GroupId, SceneBuilder};
@@ -95,6 +100,8 @@ pub struct Object {
     pub role: ObjectRole,
     /// The lights that light it.
     pub lit_by: LightSetId,
+    /// `None` where its materials say what its backs are.
+    pub back_faces: Option<ObjectBackFaces>,
 }
 
 /// A range of triangles with the normals and texture coordinates of their vertices.
@@ -141,6 +148,7 @@ pub struct Scene {
     pub shading: Arc<SceneShading>,
     pub lights: Lights,
     hides: bool,
+    used_backs: UsedBackFaces,
     samples_lights_only: bool,
     /// Whether some lights do not light all objects.
     has_links: bool,
@@ -166,6 +174,7 @@ impl Scene {
             origin,
             lights,
             hides,
+            used_backs: UsedBackFaces::new(geometry.objects.iter().map(|o| o.back_faces), &shading.back_faces),
             samples_lights_only,
             has_links,
             selects_lights,

@@ -39,7 +39,7 @@
 //!
 //! **Unlit surfaces of glTF files** (KHR_materials_unlit) have their colour, times that of their vertices, for the camera, in mirrors
 //! and through glass. They light nothing, as in Blender and in three.js. Surfaces with `doubleSided = false` are seen from behind
-//! as well, as in Cycles: leave out inverted hulls, which draw outlines where back faces are culled.
+//! as well, as in Cycles, unless the object has `back_faces = "file"`: inverted hulls, which draw outlines, need it.
 //!
 //! **Lights of glTF files** move with the object, and belong to its light group. Their numbers are photometric by the format:
 //! candela, and lux of a sun. Blender makes these of watts, at 683 lm/W, and its importer divides by 683 again. Most other programs

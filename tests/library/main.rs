@@ -2,6 +2,7 @@
 
 mod accelerators;
 mod architecture;
+mod back_faces;
 mod light_links;
 mod lights;
 mod measures;

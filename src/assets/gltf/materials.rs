@@ -206,7 +206,7 @@ impl Reader<'_, '_> {
         let [.., alpha] = numbers(pbr, "baseColorFactor", [1.0; 4]);
         surface.opacity = opacity(&surface.base_color, alpha);
         if surface.sidedness == Sidedness::Front {
-            let why = Treatment::Unneeded("light meets surfaces from both sides, and both are seen");
+            let why = Treatment::Unneeded("both sides are seen, unless its object has back_faces = \"file\"");
             self.model.add_feature("doubleSided = false", "material", why);
         }
         if material.get("occlusionTexture").is_some() {
@@ -419,7 +419,11 @@ impl ModelMaterials {
                 let place = || material.map_or_else(String::new, |i| format!("material {i}"));
                 let surface = reader.surface(raw).map_err(|e| e.within(&place()))?;
                 let name = raw.get("name").and_then(Value::as_str).unwrap_or_default().to_owned();
-                model.materials.push(ModelMaterial { name, surface });
+                model.materials.push(ModelMaterial {
+                    name,
+                    is_one_sided: surface.sidedness == Sidedness::Front,
+                    surface,
+                });
                 let at = model.materials.len() - 1;
                 self.materials.insert(material, at);
                 at

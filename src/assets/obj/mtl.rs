@@ -139,7 +139,11 @@ impl<'a> Library<'a> {
             },
         };
         let surface = reader.surface(wanted.has_colors)?;
-        model.materials.push(ModelMaterial { name, surface });
+        model.materials.push(ModelMaterial {
+            name,
+            surface,
+            ..ModelMaterial::default()
+        });
         Ok(model.materials.len() - 1)
     }
 }
