@@ -151,6 +151,7 @@ const KEYS: &[(&[&str], &str)] = &[
         ],
         "back_faces",
     ),
+    (&["resolution", "size", "resolution_x"], "width"),
 ];
 
 /// The help for a name that is not among the `known` ones, if another program has it.

@@ -24,6 +24,7 @@ mod settings;
 mod stage;
 mod value_columns;
 mod values;
+mod wording;
 
 pub use diagnostics::{Diagnostics, Source};
 pub use entity::Entity;

@@ -9,6 +9,7 @@ use super::{
     Diagnostics, OutputDesc, Overrides, RenderDesc, SceneDesc, Source, foreign,
     kind_tables::{self, KindTable, VALUES},
     scene::*,
+    wording::in_words_of_the_file,
 };
 use crate::{
     camera::{CameraDesc, path::Shutter},
@@ -437,14 +438,6 @@ fn from_toml(e: &toml::de::Error, overrides: &Overrides) -> Problem {
         span: e.span(),
         message: in_words_of_the_file(message),
         help: None,
-    }
-}
-
-/// A message of a parser without the names of own types: what is a struct here is a table there.
-fn in_words_of_the_file(message: &str) -> String {
-    match message.split_once("expected struct ") {
-        Some((found, _)) => format!("{found}expected a table"),
-        None => message.to_owned(),
     }
 }
 

@@ -158,8 +158,9 @@ fn sun<'i>(table: &mut DeTable<'i>, value: Spanned<DeValue<'i>>) -> Result<(), P
         .get("background")
         .and_then(|background| background.get_ref().as_table());
     if background.is_some_and(|background| background.contains_key("sky")) {
-        let message = "the sun of the scene is that of its `sky`, which has the light that belongs to it";
-        return Err(Problem::at(span, message).with_help("--set background.sky.azimuth and .elevation turn it"));
+        let message = "the sun of this scene is part of its `sky`, and --sun turns suns that are lights";
+        let help = "turn it with --set background.sky.elevation=E and --set background.sky.azimuth=A; A is 180 minus the azimuth of --sun";
+        return Err(Problem::at(span, message).with_help(help));
     }
     let mut given = given.into_iter();
     let (direction, irradiance) = (given.next(), given.next());

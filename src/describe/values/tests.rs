@@ -73,13 +73,10 @@ fn a_cell_means_the_same_whatever_the_others_of_its_column_are() {
         ["true", "true", "false"]
     );
     let mixed = read(&table("0,1\n1,true\n2,0.5\n")).unwrap_err();
-    assert!(
-        mixed.starts_with("v.csv:4: object.a.b.visible: invalid type"),
-        "{mixed}"
-    );
+    assert!(mixed.starts_with("v.csv:4: object.a.b.visible: expected"), "{mixed}");
     let numbers = read(&table("0,1\n1,0.5\n2,0\n")).unwrap_err();
     assert!(
-        numbers.starts_with("v.csv:3: object.a.b.visible: invalid type"),
+        numbers.starts_with("v.csv:3: object.a.b.visible: expected"),
         "{numbers}"
     );
 }
