@@ -11,6 +11,7 @@ use crate::{
         motion::ModelClip,
         store::ModelReport,
     },
+    math::Vec3,
     scene::SceneBuilder,
     warnings::Warning,
 };
@@ -30,10 +31,30 @@ pub struct Inventory {
     /// Without emitting surfaces.
     pub lights: usize,
     pub emitting_materials: usize,
+    /// The box around all objects but infinite planes; `None` if there is nothing.
+    pub bounds: Option<BoundsEntry>,
     pub models: Vec<ModelEntry>,
     /// Bytes of memory, by kind.
     pub memory: Vec<MemoryEntry>,
     pub warnings: Vec<Warning>,
+}
+
+/// A box in world space, in m.
+#[derive(Clone, Copy, Debug, Serialize)]
+pub struct BoundsEntry {
+    pub min: [f64; 3],
+    pub max: [f64; 3],
+}
+
+impl BoundsEntry {
+    fn new(scene: &SceneBuilder) -> Option<Self> {
+        let bounds = scene.geometry().world_bounds();
+        let world = |p: Vec3| (scene.origin() + p.as_dvec3()).to_array();
+        (!bounds.is_empty()).then(|| Self {
+            min: world(bounds.min),
+            max: world(bounds.max),
+        })
+    }
 }
 
 #[derive(Clone, Debug, Serialize)]
@@ -121,6 +142,7 @@ impl Inventory {
             images: scene.bitmaps().iter().map(image).collect(),
             lights: scene.lights().len(),
             emitting_materials: scene.materials().map(|(_, m)| m).filter(emits).count(),
+            bounds: BoundsEntry::new(scene),
             models: store.model_reports().iter().map(ModelEntry::new).collect(),
             memory: memory
                 .map(|(kind, bytes)| MemoryEntry {

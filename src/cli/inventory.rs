@@ -8,7 +8,7 @@ use std::{
 use batch_render::{
     batch::{
         Inventory, Job,
-        inventory::{FeatureEntry, ModelEntry},
+        inventory::{BoundsEntry, FeatureEntry, ModelEntry},
     },
     value::visible,
 };
@@ -53,6 +53,10 @@ fn write_lines(out: &mut impl Write, scene: &Path, job: &Job, inventory: &Invent
         plural(inventory.textures, "texture"),
         plural(inventory.lights, "light")
     )?;
+    if let Some(BoundsEntry { min, max }) = inventory.bounds {
+        let axis = |i: usize, name: &str| format!("{name} {} to {}", shown(min[i]), shown(max[i]));
+        writeln!(out, "bounds: {}, {}, {} m", axis(0, "x"), axis(1, "y"), axis(2, "z"))?;
+    }
     for image in &inventory.images {
         let (width, height, channels) = (image.width, image.height, image.channels);
         writeln!(out, "image: {width}x{height}, {}", plural(channels, "channel"))?;
@@ -64,6 +68,13 @@ fn write_lines(out: &mut impl Write, scene: &Path, job: &Job, inventory: &Invent
         writeln!(out, "memory for {}: {} MiB", entry.kind, entry.bytes.div_ceil(1 << 20))?;
     }
     Ok(())
+}
+
+/// A coordinate with four digits.
+fn shown(value: f64) -> String {
+    format!("{value:.3e}")
+        .parse()
+        .map_or_else(|_| value.to_string(), |short: f64| short.to_string())
 }
 
 fn write_model(out: &mut impl Write, model: &ModelEntry) -> io::Result<()> {

@@ -99,7 +99,9 @@ fn check_and_dry_run_validate_without_rendering() {
     assert!(wrong.contains("--samples"), "{wrong}");
     assert_eq!(said.lines().next(), Some("s.toml: 1 frame to render, nothing wrong"));
     assert!(said.contains("4 objects: 0 triangles, 4 other shapes\n"), "{said}");
+    assert!(said.contains("\nbounds: x "), "{said}");
     let json: serde_json::Value = serde_json::from_str(&folder.succeed(&["check", "s.toml", "--json"])).expect("JSON");
+    assert!(json["bounds"]["min"][1].is_number());
     assert_eq!((&json["shapes"], &json["lights"]), (&4.into(), &3.into()));
     assert_eq!(folder.names(), ["path.csv", "s.toml"]);
 }
