@@ -158,7 +158,9 @@ fn some_files<'de, D: Deserializer<'de>>(d: D) -> Result<Option<OneOrMany>, D::E
 /// | `"neutral"` | the neutral curve of Khronos: colours below 0.8 stay what they are |
 ///
 /// With `exposure = "auto"` the log-average of the first frame is shown as middle gray: the light of a small picture of it, where
-/// there is any, with 16 samples of each pixel; before a `backdrop` only that of its surfaces. All frames of a job have this exposure, whichever of them a process renders. It is the
+/// there is any, with 16 samples of each pixel. Where it shows surfaces, only these count, not the background behind them and no shadow
+/// catchers. At most a tenth of them becomes brighter than 0.8, so that deep shadows do not burn out what is lit. All frames of a
+/// job have this exposure, whichever of them a process renders. It is the
 /// first frame of the camera path, or the scene's own camera; PNG files record the stops.
 ///
 /// | compression | EXR files |

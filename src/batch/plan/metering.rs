@@ -10,15 +10,21 @@ use super::cameras::metered_resolution;
 use crate::{
     batch::Plan,
     camera::FrameCamera,
+    film::PassRequest,
     math::{Rgb, exponential},
     render::{Cancel, Content, Control, RenderError, Renderer, SampleBudget, Settings},
-    scene::Scene,
+    scene::{ObjectRole, Scene},
 };
 
 const SAMPLES: u32 = 16;
 
+/// The pass that tells which objects are seen.
+const OBJECTS: &str = "objectId";
+
 /// The brightness that the log-average is shown with.
 const MIDDLE_GRAY: f32 = 0.18;
+/// The brightness that at most a tenth of the pixels may exceed: deep shadows must not burn out what is lit.
+const BRIGHT: f32 = 0.8;
 /// The most stops either way.
 const MAX_STOPS: f32 = 64.0;
 
@@ -41,12 +47,9 @@ impl Plan {
             ..Control::default()
         };
         let film = Renderer::new().render(scene, camera, self.picture.integrator.as_dyn(), &settings, &control)?;
-        let is_seen = match scene.shading.background.backdrop {
-            Some(_) => self.surfaces(scene, camera, &settings, &control)?,
-            None => Vec::new(),
-        };
-        // A backdrop is no light: the surfaces before it count, if there are any.
-        let counts = |at: usize| !is_seen.contains(&true) || is_seen[at];
+        // Surfaces count, if there are any: what is behind them may be of any brightness.
+        let is_surface = self.surfaces(scene, camera, &settings, &control)?;
+        let counts = |at: usize| !is_surface.contains(&true) || is_surface[at];
         let colors = film.beauty().iter().enumerate().filter(|(at, _)| counts(*at));
         let colors = colors.map(|(_, &[r, g, b, _])| Rgb::new(r, g, b));
         let luminances = colors.map(|color| self.picture.working_space.to_rec709(color).luminance());
@@ -58,7 +61,7 @@ impl Plan {
         Ok(plan)
     }
 
-    /// Whether the middle of each pixel shows a surface, in a picture with these settings.
+    /// Whether the middle of each pixel shows an object that is neither a shadow catcher nor a holdout, in a picture with these settings.
     fn surfaces(
         &self,
         scene: &Scene,
@@ -70,24 +73,34 @@ impl Plan {
             content: Content::FirstHits,
             samples: SampleBudget::fixed(1),
             filter: None,
+            passes: vec![PassRequest::parse(OBJECTS).expect("the table has the row")],
             ..settings.clone()
         };
         let film = Renderer::new().render(scene, camera, self.picture.integrator.as_dyn(), &settings, control)?;
-        Ok(film.beauty().iter().map(|pixel| pixel[3] > 0.0).collect())
+        let shows = |number: &f32| {
+            let part = number.to_bits().checked_sub(1);
+            let object = part.map(|part| scene.mattes().parts()[part as usize].object);
+            object.is_some_and(|object| scene.geometry.objects[object.0 as usize].role == ObjectRole::Ordinary)
+        };
+        let numbers = film.plane(OBJECTS).expect("the pass was requested");
+        Ok(numbers.values.iter().map(shows).collect())
     }
 }
 
-/// The stops that show the log-average of what is lit as middle gray; 0 where nothing is.
+/// The stops that show the log-average of what is lit as middle gray, or fewer, so that a tenth of it at most exceeds [`BRIGHT`]; 0 where
+/// nothing is lit.
 fn stops(luminances: impl Iterator<Item = f32>) -> f32 {
-    let lit = luminances.filter(|l| *l > 0.0 && l.is_finite());
-    let (sum, count) = lit.fold((0.0, 0), |(sum, count), l| {
-        (sum + f64::from(exponential::log2(l)), count + 1)
-    });
-    if count == 0 {
+    let mut lit: Vec<f32> = luminances.filter(|l| *l > 0.0 && l.is_finite()).collect();
+    if lit.is_empty() {
         return 0.0;
     }
-    let mean = (sum / f64::from(count)) as f32;
-    (exponential::log2(MIDDLE_GRAY) - mean).clamp(-MAX_STOPS, MAX_STOPS)
+    let sum: f64 = lit.iter().map(|l| f64::from(exponential::log2(*l))).sum();
+    let mean = (sum / lit.len() as f64) as f32;
+    let at = (lit.len() - 1) * 9 / 10;
+    let (_, bright, _) = lit.select_nth_unstable_by(at, f32::total_cmp);
+    let by_mean = exponential::log2(MIDDLE_GRAY) - mean;
+    let by_bright = exponential::log2(BRIGHT) - exponential::log2(*bright);
+    by_mean.min(by_bright).clamp(-MAX_STOPS, MAX_STOPS)
 }
 
 #[cfg(test)]
@@ -100,5 +113,15 @@ mod tests {
         assert!((stops([0.09, 0.36, 0.0, f32::NAN].into_iter())).abs() < 1e-5);
         assert!((stops([0.18 * 1024.0].into_iter()) + 10.0).abs() < 1e-4);
         assert_eq!(stops([0.0].into_iter()), 0.0);
+    }
+
+    #[test]
+    fn what_is_lit_does_not_burn_out_before_deep_shadows() {
+        let dark_half = (0..100).map(|i| if i < 50 { 1e-5 } else { 0.4 });
+        assert!((stops(dark_half) - 1.0).abs() < 1e-5);
+        // A lamp may be brighter than white.
+        let with_lamp = (0..100).map(|i| if i < 95 { 0.18 } else { 100.0 });
+        let lamp = 0.05 * exponential::log2(100.0 / 0.18);
+        assert!((stops(with_lamp) + lamp).abs() < 1e-4);
     }
 }
