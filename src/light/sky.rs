@@ -36,7 +36,8 @@
 //!
 //! **Light.** A radiance of 1 is 1 W m^-2 sr^-1 nm^-1, as a mean over the visible light, or 73,000 cd m^-2: the sun of a
 //! clear noon brings an irradiance of about 1.5 and its sky 0.2, which suits other lights and an exposure of 0. `intensity =
-//! 73000` gives cd m^-2 and lux, as lights of glTF files have them. White is D65. Below the horizon is a plain of the albedo,
+//! 73000` gives cd m^-2 and lux, as lights of glTF files have them; `intensity = 107` (73,000 / 683) suits lamps in W, whose
+//! `power` is their lumens divided by 683 lm/W. White is D65. Below the horizon is a plain of the albedo,
 //! lit by sky and sun.
 //!
 //! The sun is a light as [`sun`](../light/sun.md) with an `angle`: its shadows are as sharp and its noise is as low. The
