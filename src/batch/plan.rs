@@ -135,9 +135,8 @@ impl Plan {
         let chooses = |path: &[String]| path.iter().any(|key| key == "animation");
         let plays =
             compile::plays_animations(desc) || values.iter().any(|values| values.keys().any(|(_, path)| chooses(path)));
-        if picture.serves_denoisers && (plays || values.iter().any(|values| values.moves_objects())) {
-            picture.add_vectors();
-        }
+        let moves = plays || values.iter().any(|values| values.moves_objects());
+        picture.add_for_denoisers(moves, desc.has_catchers());
         let sums = KeptSums {
             moves: values.is_some() || plays,
             checkpoint: request.policy.checkpoint.is_some(),

@@ -236,7 +236,7 @@ pub struct RenderArgs {
     #[arg(long, conflicts_with = "frames", hide_short_help = true, help_heading = heading::FRAMES)]
     pub frame_to_fit: bool,
 
-    /// Put a model by itself on a ground that catches its shadow
+    /// Put a model by itself on a ground that catches its shadow and shows the background behind
     #[arg(long, hide_short_help = true, help_heading = heading::STAGE)]
     pub ground: bool,
 

@@ -101,7 +101,8 @@ struct Flags {
 
     /// Direction of the sun in degrees, such as 30,45, and its irradiance in W/m2: turns that of the scene, or adds one
     ///
-    /// The azimuth 0 is +z, where the default camera stands, and 90 is +x; the elevation 90 is +y, straight above.
+    /// The azimuth 0 is +z, where the default camera stands, and 90 is +x; the elevation 90 is +y, straight above. The azimuth of a
+    /// [background] sky counts from -z, its north, clockwise: 180 there is 0 here.
     #[arg(id = "stage.sun", long = "sun", value_name = "AZIMUTH,ELEVATION[,IRRADIANCE]", value_parser = sun, allow_hyphen_values = true, hide_short_help = true, help_heading = STAGE)]
     sun: Option<toml::Value>,
 

@@ -45,9 +45,6 @@ const NO_SKY: &str = "[background]\ncolor = 0\n";
 /// metal mirrors of a smaller one speckles the ground.
 const SUN: &str = "[[light]]\nsun = { direction = [0.35, -1, -0.75], irradiance = 1.9, angle = 20 }\n";
 
-/// The radius of the ground relative to half of the diagonal of a model's box.
-const GROUND_SIZE: f64 = 4.0;
-
 /// The choices about a model that is the scene.
 #[derive(Clone, Copy, Debug)]
 pub struct ModelOptions<'a> {
@@ -102,8 +99,8 @@ struct SuppliedScene<'a> {
     options: ModelOptions<'a>,
     is_lit: bool,
     has_object: bool,
-    /// The bounds of the model in all its poses, once they are known.
-    bounds: Option<DAabb>,
+    /// The bounds of the model in all its poses; the origin before they are known, so that the ground has its names.
+    bounds: DAabb,
 }
 
 impl SuppliedScene<'_> {
@@ -147,8 +144,8 @@ impl SuppliedScene<'_> {
         if let Some(radius) = self.options.point_radius {
             key("radius", format!("{:?}", f64::from(radius)));
         }
-        if let Some(bounds) = self.bounds.filter(|bounds| self.options.ground && bounds.is_finite()) {
-            text += &ground(&bounds);
+        if self.options.ground && self.bounds.is_finite() {
+            text += &ground(&self.bounds);
         }
         text
     }
@@ -179,14 +176,14 @@ impl SuppliedScene<'_> {
     }
 }
 
-/// The ground below a model with these bounds.
+/// The ground below a model with these bounds: a shadow catcher, which hides nothing of the background and has no rim.
 fn ground(bounds: &DAabb) -> String {
     let center = bounds.center();
-    let center = [center.x, bounds.min.y, center.z];
-    let radius = GROUND_SIZE * bounds.half_diagonal().max(f64::from(f32::MIN_POSITIVE));
+    let point = [center.x, bounds.min.y, center.z];
     format!(
         "[material.ground]\nmatte = {{ albedo = 0.2 }}\n\
-         [[object]]\nname = \"ground\"\nmaterial = \"ground\"\nshape.disk = {{ center = {center:?}, radius = {radius:?} }}\n"
+         [[object]]\nname = \"ground\"\nmaterial = \"ground\"\nshadow_catcher = true\n\
+         shape.plane = {{ point = {point:?}, normal = [0, 1, 0] }}\n"
     )
 }
 
@@ -247,7 +244,10 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
         options,
         is_lit: false,
         has_object: true,
-        bounds: None,
+        bounds: DAabb {
+            min: DVec3::ZERO,
+            max: DVec3::ZERO,
+        },
     };
     // The names of values tell which parts of the model are loaded so that they may change.
     let unit = camera::framing(&DAabb::EMPTY, 1.0, None);
@@ -329,7 +329,7 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
         }
     };
     let camera = own.unwrap_or_else(|| camera::framing(&bounds, aspect, lens.focal_length));
-    supplied.bounds = Some(bounds);
+    supplied.bounds = bounds;
     Ok((supplied.desc(&camera)?, run))
 }
 

@@ -17,9 +17,10 @@ const REACH: usize = 8;
 /// The alpha is filtered as light from this on, so that no pixel counts as a spot of light or as one without.
 const BASE: f32 = 1.0;
 
-/// Filters the alpha with that of the frames around, where their camera rests; light follows it.
+/// Filters the alpha with that of the frames around, where their camera rests; light follows it, but that of shadow catchers.
 pub(super) fn filter_alpha(own: &Frame, others: &[&Frame], denoised: &mut Denoised, simd: Isa) {
-    let is_partial = |i: usize| own.alpha_halves.iter().any(|half| half[i] != own.alpha[i]);
+    let (own_alpha, halves) = own.picture_alpha();
+    let is_partial = |i: usize| halves.iter().any(|half| half[i] != own_alpha[i]);
     if !(0..own.pixels()).any(is_partial) {
         return;
     }
@@ -31,23 +32,30 @@ pub(super) fn filter_alpha(own: &Frame, others: &[&Frame], denoised: &mut Denois
         .collect();
     let (mean, modulation) = accumulate::accumulate(&gray, &others.iter().collect::<Vec<_>>(), simd);
     let filtered = choose::choose(&gray, (&mean, &modulation), &nlm::filter(&mean, &gray, simd));
-    let [is_near, ..] = fill(&[(); 3].map(|()| own.alpha.clone()), &own.alpha, own.size);
+    let [is_near, ..] = fill(&[(); 3].map(|()| own_alpha.to_vec()), own_alpha, own.size);
     let alpha = (0..own.pixels()).map(|i| match filtered.is_exact[i] || is_near[i] == 0.0 {
-        true => own.alpha[i],
+        true => own_alpha[i],
         false => (filtered.beauty[0][i] - BASE).clamp(0.0, 1.0),
     });
     let alpha: Vec<f32> = alpha.collect();
-    let colors = [&mut denoised.beauty].into_iter().chain(&mut denoised.light);
-    for color in colors.chain(&mut denoised.error) {
-        *color = fill(color, &own.alpha, own.size);
-        for plane in color {
-            plane.iter_mut().zip(&alpha).for_each(|(value, alpha)| *value *= alpha);
-        }
+    if own.catcher_alpha.is_none() {
+        follow(own, &alpha, denoised);
     }
     for (own, alpha) in denoised.is_exact.iter_mut().zip(&filtered.is_exact) {
         *own &= alpha;
     }
     denoised.alpha = Some(alpha);
+}
+
+/// Multiplies light over the alpha of the frame by this one.
+fn follow(own: &Frame, alpha: &[f32], denoised: &mut Denoised) {
+    let colors = [&mut denoised.beauty].into_iter().chain(&mut denoised.light);
+    for color in colors.chain(&mut denoised.error) {
+        *color = fill(color, &own.alpha, own.size);
+        for plane in color {
+            plane.iter_mut().zip(alpha).for_each(|(value, alpha)| *value *= alpha);
+        }
+    }
 }
 
 /// The alpha of a frame as gray light of full coverage.
@@ -72,8 +80,9 @@ fn gray(frame: &Frame) -> Frame {
         camera: frame.camera,
         ..Frame::default()
     };
+    let (_, halves) = frame.picture_alpha();
     let half = |half: usize| -> Color {
-        let light = frame.alpha_halves[half].iter().map(|alpha| BASE + alpha);
+        let light = halves[half].iter().map(|alpha| BASE + alpha);
         let light: Vec<f32> = light.collect();
         [light.clone(), light.clone(), light]
     };

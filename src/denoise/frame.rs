@@ -55,6 +55,13 @@ pub struct CameraMatrices {
     pub lens: Option<[f32; 2]>,
 }
 
+/// The alpha of a picture with shadow catchers, of all samples and of each half.
+#[derive(Clone, Debug, Default)]
+pub struct CatcherAlpha {
+    pub all: Vec<f32>,
+    pub halves: [Vec<f32>; 2],
+}
+
 /// A frame as the denoiser reads it.
 #[derive(Clone, Debug, Default)]
 pub struct Frame {
@@ -67,8 +74,10 @@ pub struct Frame {
     pub resolution: [u32; 2],
     /// The part of each pixel that is covered; light is premultiplied by it.
     pub alpha: Vec<f32>,
-    /// The alpha of each half of the samples.
+    /// The same of each half of the samples.
     pub alpha_halves: [Vec<f32>; 2],
+    /// The alpha of the picture, where shadow catchers make it less than the part that is covered.
+    pub catcher_alpha: Option<CatcherAlpha>,
     /// Light divided by `modulation`.
     pub signal: Signal,
     pub modulation: Color,
@@ -121,6 +130,14 @@ impl Frame {
             variance,
             light,
         };
+    }
+
+    /// The alpha of the picture, of all samples and of each half.
+    pub(super) fn picture_alpha(&self) -> (&[f32], &[Vec<f32>; 2]) {
+        match &self.catcher_alpha {
+            Some(alpha) => (&alpha.all, &alpha.halves),
+            None => (&self.alpha, &self.alpha_halves),
+        }
     }
 
     /// Whether both show one scene: the same things under the same light.

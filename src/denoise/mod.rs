@@ -13,7 +13,8 @@
 //! does not choose its own neighbours, and the difference of the results measures the noise that is left. Light is divided by
 //! the albedo before and multiplied afterwards, so textures stay sharp. All light layers get the weights of the beauty, and
 //! less of frames in which lamps or objects have changed them (`layers`). The alpha is filtered as a picture of its own, and light
-//! over alpha apart from it (`coverage`).
+//! over alpha apart from it (`coverage`); the alpha of shadow catchers says nothing of their light, which is divided by the part of a pixel that
+//! surfaces cover.
 //!
 //! Sources: Rousselle, Knaus, Zwicker, "Adaptive Rendering with Non-Local Means Filtering", SIGGRAPH Asia 2012,
 //! doi:10.1145/2366145.2366214; Rousselle, Manzi, Zwicker, "Robust Denoising using Feature and Color Information", Pacific
@@ -44,7 +45,7 @@ mod vectors;
 
 pub use denoised::Denoised;
 pub use error::DenoiseError;
-pub use frame::{CameraMatrices, Frame, Guides};
+pub use frame::{CameraMatrices, CatcherAlpha, Frame, Guides};
 pub use signal::{Color, Signal};
 pub use vectors::Vectors;
 

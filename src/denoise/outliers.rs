@@ -26,8 +26,11 @@ pub(super) fn cut(halves: &mut [Color; 2], light: &mut [Color], size: [usize; 2]
     let most: Vec<f32> = (0..pixels).into_par_iter().map(|i| most(&bright, size, i)).collect();
     let mut lost = black(pixels);
     for i in 0..pixels {
-        let keep = [0, 1].map(|half: usize| (most[i] / bright[half][i]).min(1.0));
-        if keep.iter().all(|keep| keep.is_nan() || *keep >= 1.0) {
+        let keep = [0, 1].map(|half: usize| match bright[half][i] > most[i] {
+            true => most[i] / bright[half][i],
+            false => 1.0,
+        });
+        if keep == [1.0; 2] {
             continue;
         }
         for c in 0..3 {

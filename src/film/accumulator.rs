@@ -37,6 +37,8 @@ pub struct AccumulatorLayout {
     halves: Vec<(usize, usize)>,
     /// The planes of the alpha of both halves.
     alpha_halves: Vec<usize>,
+    /// The planes of the alpha with catchers as ordinary surfaces.
+    coverage: Vec<usize>,
     /// Whether accumulators hold the beauty by halves.
     keeps_halves: bool,
     /// Whether the scene has shadow catchers.
@@ -71,6 +73,7 @@ impl AccumulatorLayout {
             mean_variances: Vec::new(),
             halves: Vec::new(),
             alpha_halves: Vec::new(),
+            coverage: Vec::new(),
             keeps_halves: false,
             has_catchers: false,
             second_half: samples / 2,
@@ -99,6 +102,7 @@ impl AccumulatorLayout {
                     layout.alpha_halves.push(plane);
                     layout.keeps_halves = true;
                 }
+                PassSource::Coverage => layout.coverage.push(plane),
                 PassSource::Statistic(statistic) => layout.statistics.push((plane, statistic)),
                 PassSource::FirstHit(value) => {
                     layout.data.push(DataPlane {
@@ -258,7 +262,8 @@ impl TileAccumulator {
         let mut sum = self.beauty[pixel];
         let mut invalid = 0;
         for sample in samples {
-            let is_finite = !layout.has_catchers || sample.without.is_none_or(Rgb::is_finite);
+            let is_finite = !layout.has_catchers
+                || sample.without.is_none_or(Rgb::is_finite) && sample.behind.is_none_or(Rgb::is_finite);
             if is_finite && sample.l.is_finite() {
                 sum.add(sample.l, sample.alpha, sample.weight);
                 for (own, (_, layer)) in self.light[pixel * layout.light.len()..].iter_mut().zip(&layout.light) {
@@ -271,9 +276,7 @@ impl TileAccumulator {
                     own.add(l, 0.0, sample.weight);
                 }
                 if layout.has_catchers {
-                    let lights = (sample.l, sample.without);
-                    self.catchers
-                        .add(pixel, layout.half(sample.index), lights, sample.weight);
+                    self.catchers.add(pixel, layout.half(sample.index), &sample);
                 }
                 if let Some(moments) = self.moments.get_mut(pixel) {
                     moments.add(sample.l, sample.weight);
@@ -437,6 +440,9 @@ impl TileAccumulator {
                 self.tile,
                 pixels.map(|pixel| [0, 1].map(|which| half(pixel, which)[3])),
             );
+        }
+        for plane in &layout.coverage {
+            film.put(*plane, self.tile, self.beauty.iter().map(|sum| [sum.resolve()[3]]));
         }
         for (plane, statistic) in &layout.statistics {
             match statistic {

@@ -9,11 +9,14 @@
 //! A = alpha - c m        RGB = L - m O
 //! ```
 //!
+//! A background that the camera sees is the plate, of the mean `B` over the same samples: `m B` is added, and `A = alpha`.
+//!
 //! Over a plate `P` this is `P c W / O` where the ratio is gray, and `W` for any ratio where the plate is the catcher itself,
 //! `P c = O`. Both radiances are of the same random numbers: where no object changes the light of a catcher, they have the same
 //! bits, and its alpha and its light are exactly 0.
 
 use super::{
+    SampleRecord,
     pixel_sum::{HalfSums, PixelSum},
     state,
 };
@@ -22,10 +25,10 @@ use crate::math::Rgb;
 /// The sums of the catchers in the pixels of a tile.
 #[derive(Clone, Debug, Default)]
 pub(super) struct TileCatchers {
-    /// The sums of `l` and of `without` of each pixel; empty if the scene has no catchers.
-    sums: Vec<[PixelSum; 2]>,
+    /// The sums of `l`, of `without` and of the background behind catchers of each pixel; empty if the scene has no catchers.
+    sums: Vec<[PixelSum; 3]>,
     /// The same by halves of the samples; empty if no pass shows halves.
-    halves: Vec<[HalfSums; 2]>,
+    halves: Vec<[HalfSums; 3]>,
 }
 
 impl TileCatchers {
@@ -38,20 +41,21 @@ impl TileCatchers {
     }
 
     /// The bytes of a pixel, and those by halves.
-    pub const BYTES: [usize; 2] = [size_of::<[PixelSum; 2]>(), size_of::<[HalfSums; 2]>()];
+    pub const BYTES: [usize; 2] = [size_of::<[PixelSum; 3]>(), size_of::<[HalfSums; 3]>()];
 
-    /// Adds a sample of this half: its radiance, that without other objects if it meets a catcher, and its filter weight.
-    pub fn add(&mut self, pixel: usize, half: usize, (l, without): (Rgb, Option<Rgb>), weight: f32) {
+    /// Adds a sample of this half.
+    pub fn add(&mut self, pixel: usize, half: usize, sample: &SampleRecord<'_>) {
         let Some(sums) = self.sums.get_mut(pixel) else { return };
-        let (lights, alpha) = match without {
-            Some(without) => ([l, without], 1.0),
-            None => ([Rgb::BLACK; 2], 0.0),
+        let lights = match sample.without {
+            Some(without) => [Some(sample.l), Some(without), sample.behind],
+            None => [None; 3],
         };
-        for (sum, l) in sums.iter_mut().zip(lights) {
-            sum.add(l, alpha, weight);
+        let lights = lights.map(|l| (l.unwrap_or(Rgb::BLACK), if l.is_some() { 1.0 } else { 0.0 }));
+        for (sum, (l, alpha)) in sums.iter_mut().zip(lights) {
+            sum.add(l, alpha, sample.weight);
         }
-        for (sums, l) in self.halves.get_mut(pixel).into_iter().flatten().zip(lights) {
-            sums.add(half, l, alpha, weight);
+        for (sums, (l, alpha)) in self.halves.get_mut(pixel).into_iter().flatten().zip(lights) {
+            sums.add(half, l, alpha, sample.weight);
         }
     }
 
@@ -89,13 +93,12 @@ impl TileCatchers {
     }
 }
 
-/// The pixel with this `beauty` and these means of both radiances of its catchers.
-fn uncover(beauty: [f32; 4], [with, without]: [[f32; 4]; 2]) -> [f32; 4] {
-    let [.., covered] = without;
+/// The pixel with this `beauty` and these means of both radiances of its catchers, and of the background behind.
+fn uncover(beauty: [f32; 4], [with, without, behind]: [[f32; 4]; 3]) -> [f32; 4] {
     let ratios = (0..3).filter(|&c| without[c] > 0.0).map(|c| with[c] / without[c]);
     let kept = ratios.fold(1.0, f32::min).max(0.0);
-    let mut pixel: [f32; 4] = std::array::from_fn(|c| beauty[c] - kept * without[c]);
-    pixel[3] = (beauty[3] - kept * covered).clamp(0.0, 1.0);
+    let mut pixel: [f32; 4] = std::array::from_fn(|c| beauty[c] - kept * without[c] + kept * behind[c]);
+    pixel[3] = pixel[3].clamp(0.0, 1.0);
     pixel
 }
 
@@ -103,12 +106,26 @@ fn uncover(beauty: [f32; 4], [with, without]: [[f32; 4]; 2]) -> [f32; 4] {
 mod tests {
     use super::*;
 
+    fn sample<'a>(l: Rgb, without: Option<Rgb>, weight: f32) -> SampleRecord<'a> {
+        SampleRecord {
+            l,
+            without,
+            behind: None,
+            alpha: 1.0,
+            weight,
+            index: 0,
+            distance_squared: 0.0,
+            first: None,
+            light: &[],
+        }
+    }
+
     /// The pixel of these samples, each with its radiance and that without other objects, over a plate.
     fn over(plate: [f32; 3], samples: &[(Rgb, Option<Rgb>)]) -> [f32; 3] {
         let (mut beauty, mut catchers) = (PixelSum::default(), TileCatchers::new(1, 0));
         for &(l, without) in samples {
             beauty.add(l, 1.0, 1.0);
-            catchers.add(0, 0, (l, without), 1.0);
+            catchers.add(0, 0, &sample(l, without, 1.0));
         }
         let [r, g, b, a] = catchers.pixel(0, beauty.resolve());
         std::array::from_fn(|c| [r, g, b][c] + (1.0 - a) * plate[c])
@@ -139,12 +156,32 @@ mod tests {
     }
 
     #[test]
+    fn a_background_that_is_seen_is_the_plate() {
+        let plate = Rgb::new(0.2, 0.4, 0.8);
+        for with in [Rgb::gray(0.3), Rgb::new(0.3, 0.1, 0.7), Rgb::gray(0.6)] {
+            let without = Some(Rgb::gray(0.6));
+            let (mut beauty, mut catchers) = (PixelSum::default(), TileCatchers::new(1, 0));
+            for (l, without, behind) in [(with, without, Some(plate)), (Rgb::WHITE, None, None)] {
+                beauty.add(l, 1.0, 1.0);
+                let sample = sample(l, without, 1.0);
+                catchers.add(0, 0, &SampleRecord { behind, ..sample });
+            }
+            let [r, g, b, a] = catchers.pixel(0, beauty.resolve());
+            assert_near(
+                [r, g, b],
+                over(plate.to_array(), &[(with, without), (Rgb::WHITE, None)]),
+            );
+            assert_eq!(a, 1.0);
+        }
+    }
+
+    #[test]
     fn a_catcher_that_nothing_changes_is_exactly_transparent() {
         let (mut beauty, mut catchers) = (PixelSum::default(), TileCatchers::new(1, 1));
         for (i, weight) in [1.0, 1.0, -1.0, 1.0, 1.0].into_iter().enumerate() {
             let l = Rgb::new(0.1, 0.7, 0.3) * (i as f32 + 0.1);
             beauty.add(l, 1.0, weight);
-            catchers.add(0, i / 3, (l, Some(l)), weight);
+            catchers.add(0, i / 3, &sample(l, Some(l), weight));
         }
         assert_eq!(catchers.pixel(0, beauty.resolve()), [0.0; 4]);
         let mut bytes = Vec::new();

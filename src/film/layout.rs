@@ -94,6 +94,7 @@ impl FilmLayout {
                     | PassSource::MeanVariance(_)
                     | PassSource::Half(_)
                     | PassSource::AlphaHalves
+                    | PassSource::Coverage
                     | PassSource::Statistic(_),
                     _,
                 ) => planes.push(plane(spec, None)),

@@ -84,6 +84,8 @@ pub enum PassSource {
     Half(usize),
     /// The alpha of both halves of the samples.
     AlphaHalves,
+    /// The alpha with shadow catchers as ordinary surfaces.
+    Coverage,
     /// A statistic of the samples of the beauty.
     Statistic(Statistic),
 }
@@ -161,7 +163,8 @@ impl PassSpec {
         )
     }
 
-    /// Whether denoisers read it, so that the name `denoise` includes it. Where objects move, jobs add those that follow motion.
+    /// Whether denoisers read it, so that the name `denoise` includes it. Jobs add those that follow motion where objects move, and
+    /// `coverage` where shadow catchers are.
     pub fn serves_denoisers(&self) -> bool {
         self.is_by_halves() || self.feature().is_some() || self.name == "objectId"
     }

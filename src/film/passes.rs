@@ -288,6 +288,16 @@ pub const PASSES: &[PassSpec] = &[
         source: PassSource::AlphaHalves,
         about: "the alpha of `beauty_a` and that of `beauty_b`",
     },
+    PassSpec {
+        name: COVERAGE,
+        channels: &["A"],
+        pixel: PixelType::Half,
+        combine: Combine::Filtered,
+        background: 0.0,
+        display: Display::Fraction,
+        source: PassSource::Coverage,
+        about: "the alpha with shadow catchers as ordinary surfaces, by which the light of such scenes is divided before it is denoised",
+    },
     variance(
         "albedo_variance",
         &["R", "G", "B"],
@@ -347,7 +357,9 @@ fn id(index: Option<u32>) -> [f32; 3] {
 /// The name of the group of lights without a group.
 pub const DEFAULT_GROUP: &str = "default";
 
-/// The beginning of the names of their passes.
+/// The name of the pass of the alpha with shadow catchers as ordinary surfaces.
+pub const COVERAGE: &str = "coverage";
+
 /// The names of the passes of light groups begin with this.
 pub const GROUP_PREFIX: &str = "lightgroup_";
 
@@ -380,9 +392,9 @@ mod tests {
             .filter(|spec| !matches!(spec.source, PassSource::Integrator))
         {
             let filtered = spec.combine == Combine::Filtered;
-            use PassSource::{AlphaHalves, FirstHit, Matte, Mean, MeanVariance, Statistic};
-            // The halves of the alpha are filtered as the alpha is.
-            let is_mean = matches!(spec.source, Mean(_) | AlphaHalves);
+            use PassSource::{AlphaHalves, Coverage, FirstHit, Matte, Mean, MeanVariance, Statistic};
+            // The halves of the alpha and the coverage are filtered as the alpha is.
+            let is_mean = matches!(spec.source, Mean(_) | AlphaHalves | Coverage);
             assert_eq!(spec.is_light() || is_mean, filtered, "{}", spec.name);
             let is_data = matches!(spec.source, FirstHit(_) | Matte(_) | Statistic(_) | MeanVariance(_));
             assert_eq!(!filtered, is_data, "{}", spec.name);

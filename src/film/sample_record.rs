@@ -9,6 +9,8 @@ pub struct SampleRecord<'a> {
     pub l: Rgb,
     /// The same without other objects, if the sample meets a shadow catcher.
     pub without: Option<Rgb>,
+    /// The radiance of the background behind that catcher, if the camera sees backgrounds.
+    pub behind: Option<Rgb>,
     pub alpha: f32,
     /// 1, or -1 if the pixel filter is negative.
     pub weight: f32,

@@ -96,6 +96,11 @@ impl RenderContext<'_> {
         }
     }
 
+    /// Whether the camera sees the background.
+    pub fn shows_background(&self) -> bool {
+        self.scene.shading.background.visible && self.settings.content == Content::Light
+    }
+
     /// The path of a sample before its first hit.
     pub fn path(&self, sample: u32) -> PathState {
         let mut path = PathState::start(sample);

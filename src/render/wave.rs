@@ -133,6 +133,7 @@ impl Wave {
         SampleRecord {
             l: self.out.radiance[sample],
             without: self.without(sample),
+            behind: self.behind(context, sample),
             alpha: self.alpha[sample],
             weight: self.weights[sample],
             index,
@@ -219,10 +220,12 @@ impl Wave {
             self.camera_paths.extend(more.map(|sample| context.path(sample)));
         }
         self.start_passes(context);
-        let worlds = if context.has_catchers { 2 } else { 1 };
         self.is_caught.clear();
-        self.is_caught.resize(self.weights.len() * (worlds - 1), false);
-        let samples = self.weights.len() * worlds;
+        let mut samples = self.weights.len();
+        if context.has_catchers {
+            self.is_caught.resize(samples, false);
+            samples *= 3;
+        }
         self.out
             .start(samples, context.cone.is_some(), context.shadow_rays_pass);
     }
@@ -279,7 +282,7 @@ impl Wave {
             self.remove_holdouts(scene);
         }
         if context.has_catchers && self.paths.first().is_some_and(|path| path.depth == 1) {
-            self.split_catchers(scene);
+            self.split_catchers(context);
         }
         self.out.clock.lap(Stage::Nearest);
         for round in 0..context.integrator.shadow_rounds() {
@@ -415,7 +418,7 @@ impl Wave {
 
     /// Shades all paths whose rays hit nothing.
     fn shade_misses(&mut self, context: &RenderContext<'_>) {
-        let shows_background = context.scene.shading.background.visible && context.settings.content == Content::Light;
+        let shows_background = context.shows_background();
         let is_seen = self.paths.first().is_some_and(|path| path.depth == 1);
         let is_hidden = !shows_background && is_seen;
         let backdrop = context.scene.shading.background.backdrop.filter(|_| is_seen);

@@ -300,6 +300,29 @@ fn a_catcher_shows_the_same_bits_in_crops_and_with_adaptive_samples() {
 }
 
 #[test]
+fn a_background_that_the_camera_sees_is_the_plate() {
+    for light in [CONSTANT, SKY] {
+        let set = Set {
+            role: CATCHER,
+            light,
+            render: "samples = 4",
+            ..SET
+        };
+        let hidden = shoot(&set);
+        let light = format!("{}\nbackdrop = [0.2, 0.5, 0.3]", light.replace("visible = false", ""));
+        let shown = shoot(&Set { light: &light, ..set });
+        let expected = over(&hidden, |_| [0.2, 0.5, 0.3, 1.0]);
+        for (pixel, expected) in shown.beauty().iter().zip(expected) {
+            assert_eq!(pixel[3], 1.0);
+            assert!(
+                (0..3).all(|c| (pixel[c] - expected[c]).abs() < 1e-5),
+                "{pixel:?} {expected:?}"
+            );
+        }
+    }
+}
+
+#[test]
 fn halves_of_the_samples_are_catchers_too() {
     let set = Set {
         light: RECT,

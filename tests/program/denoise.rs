@@ -34,7 +34,7 @@ fn rendered(more: &[&str]) -> Folder {
 }
 
 /// The numbers of a channel.
-fn channel(image: &FlatImage, name: &str) -> Vec<f32> {
+pub fn channel(image: &FlatImage, name: &str) -> Vec<f32> {
     let mut channels = image.layer_data.iter().flat_map(|layer| &layer.channel_data.list);
     let found = channels
         .find(|channel| channel.name.eq(name))

@@ -7,7 +7,11 @@ use crate::{
     camera::{FrameCamera, SceneCamera},
     describe::{Diagnostics, SceneDesc},
     error::Error,
-    film::{PassRequest, PassSpec, Window, coverage::DEFAULT_RANKS, passes::PASSES},
+    film::{
+        PassRequest, PassSpec, Window,
+        coverage::DEFAULT_RANKS,
+        passes::{COVERAGE, PASSES},
+    },
     integrator::BuiltIn,
     math::{WorkingSpace, exponential},
     output::{DisplayTransform, FilePattern, Shown},
@@ -111,12 +115,16 @@ impl PicturePlan {
 }
 
 impl PicturePlan {
-    /// Adds the motion vectors, which denoisers read where objects move, unless the films have them.
-    pub(super) fn add_vectors(&mut self) {
-        let follows = |spec: &&PassSpec| spec.follows_motion();
-        let vectors = PASSES.iter().filter(follows).map(PassRequest::Pass);
+    /// Adds the passes that denoisers read of some scenes only, unless the films have them: motion vectors where objects move, and
+    /// the coverage where shadow catchers are.
+    pub(super) fn add_for_denoisers(&mut self, moves: bool, has_catchers: bool) {
+        if !self.serves_denoisers {
+            return;
+        }
+        let is_read = |spec: &&PassSpec| moves && spec.follows_motion() || has_catchers && spec.name == COVERAGE;
+        let read = PASSES.iter().filter(is_read).map(PassRequest::Pass);
         let passes = &mut self.settings.passes;
-        let missing: Vec<PassRequest> = vectors.filter(|pass| !passes.contains(pass)).collect();
+        let missing: Vec<PassRequest> = read.filter(|pass| !passes.contains(pass)).collect();
         passes.extend(missing);
     }
 }

@@ -29,7 +29,7 @@ use crate::{
 pub(super) const DENOISED: &str = "batch-render/denoised";
 
 /// Rises with every change of the denoiser that changes pixels.
-const VERSION: u32 = 8;
+const VERSION: u32 = 9;
 
 /// A sequence to denoise.
 #[derive(Clone, Debug)]

@@ -23,7 +23,7 @@ use crate::{
 };
 
 /// Rises with every change of the program that changes pixels between two versions of the package.
-const PICTURE_VERSION: u32 = 7;
+const PICTURE_VERSION: u32 = 8;
 
 /// The version of the package.
 const VERSION: &str = env!("CARGO_PKG_VERSION");

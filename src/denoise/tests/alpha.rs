@@ -1,6 +1,7 @@
 //! Frames whose pixels are covered in part.
 
 use super::*;
+use crate::denoise::CatcherAlpha;
 
 #[test]
 fn light_over_alpha_is_filtered_and_nothing_shines_where_nothing_covers() {
@@ -94,4 +95,48 @@ fn filtered_alpha_has_less_noise_and_red_over_alpha_equals_08_in_every_pixel() {
 #[test]
 fn covered_frames_keep_their_alpha() {
     assert!(run(&frame(3, 0.0, 0.1, |_, _| 1.0), &[]).alpha.is_none());
+}
+
+/// A frame of a shadow catcher, the alpha of whose noisy shadow rises from 0 to 1, and whose reflection is `light`.
+fn catcher(seed: u32, light: f32) -> (Frame, Vec<f32>) {
+    let shadow = |x: usize, _: usize| ((x as f32 - 32.0) / 48.0).clamp(0.0, 1.0);
+    let half =
+        |half: u32| plane(|x, y| (shadow(x, y) * (1.0 + 0.3 * noise(2 * seed + half, y * SIZE[0] + x))).min(1.0));
+    let halves = [half(0), half(1)];
+    let mut own = frame(seed, 0.0, 0.2 * light, |_, _| light);
+    own.catcher_alpha = Some(CatcherAlpha {
+        all: halves[0].iter().zip(&halves[1]).map(|(a, b)| 0.5 * (a + b)).collect(),
+        halves,
+    });
+    (own, plane(shadow))
+}
+
+#[test]
+fn the_alpha_of_a_catcher_is_filtered_and_says_nothing_of_its_light() {
+    let (own, truth) = catcher(70, 0.5);
+    let (plain, _) = catcher(70, 0.5);
+    let plain = Frame {
+        catcher_alpha: None,
+        ..plain
+    };
+    let (denoised, plain) = (run(&own, &[]), run(&plain, &[]));
+    assert_eq!(denoised.beauty, plain.beauty);
+    let apart = |alpha: &[f32]| mean_square(alpha.iter().zip(&truth).map(|(a, b)| a - b));
+    let alpha = denoised.alpha.expect("it has noise");
+    let noisy = &own.catcher_alpha.as_ref().expect("it has a catcher").all;
+    assert!(apart(&alpha) < 0.5 * apart(noisy), "{} {}", apart(&alpha), apart(noisy));
+}
+
+#[test]
+fn light_that_rounding_makes_negative_is_no_outlier() {
+    let mut own = frame(80, 0.0, 0.1, |_, _| 1.0);
+    let dark = |i: usize| i % SIZE[0] < 16 && i.is_multiple_of(3);
+    let half = |c: usize, half: f32| (0..PIXELS).map(|i| if c < 2 && dark(i) { half } else { 0.0 }).collect();
+    let tiny = f32::from_bits(1);
+    for (a, b) in [(-1e-9, 0.0), (-tiny, tiny), (0.0, -tiny)] {
+        let halves = [a, b].map(|value| -> Color { std::array::from_fn(|c| half(c, value)) });
+        own.set_light(halves, Vec::new());
+        let denoised = run(&own, &[]);
+        assert!(denoised.beauty.iter().flatten().all(|v| v.abs() <= 1e-8));
+    }
 }

@@ -2,8 +2,10 @@
 
 use super::Wave;
 use crate::{
+    geometry::Hit,
     integrator::PathState,
     math::Rgb,
+    render::context::RenderContext,
     scene::{ObjectRole, Scene},
 };
 
@@ -24,9 +26,11 @@ impl Wave {
         self.prims.truncate(kept);
     }
 
-    /// Splits the paths that meet a shadow catcher: a second path of the same random numbers meets catchers alone. Its radiance
-    /// is that of a sample beyond those of the wave, by their number.
-    pub(super) fn split_catchers(&mut self, scene: &Scene) {
+    /// Splits the paths that meet a shadow catcher: a second path of the same random numbers meets catchers alone, and a third one the
+    /// background behind them, if the camera sees it. Their radiances are those of samples beyond those of the wave, by once and twice
+    /// their number.
+    pub(super) fn split_catchers(&mut self, context: &RenderContext<'_>) {
+        let scene = context.scene;
         let samples = self.weights.len() as u32;
         // Of camera rays there may be more paths.
         self.paths.truncate(self.rays.len());
@@ -35,22 +39,37 @@ impl Wave {
             let Some(hit) = self.hits[i].filter(|hit| scene.role_at(hit) == ObjectRole::ShadowCatcher) else {
                 continue;
             };
-            let path = self.paths[i];
-            self.is_caught[path.sample as usize] = true;
+            let sample = self.paths[i].sample;
+            self.is_caught[sample as usize] = true;
             self.hit_indices.push(self.rays.len() as u32);
             self.prims.push(hit.prim);
-            self.rays.push(self.rays[i]);
-            self.hits.push(Some(hit));
-            self.paths.push(PathState {
-                sample: samples + path.sample,
-                ..path
-            });
+            self.add_world(i, Some(hit), sample + samples);
+            if context.shows_background() {
+                self.miss_indices.push(self.rays.len() as u32);
+                self.add_world(i, None, sample + 2 * samples);
+            }
         }
+    }
+
+    /// Adds the ray and the path with this index again, with this hit, for another sample.
+    fn add_world(&mut self, index: usize, hit: Option<Hit>, sample: u32) {
+        self.rays.push(self.rays[index]);
+        self.hits.push(hit);
+        self.paths.push(PathState {
+            sample,
+            ..self.paths[index]
+        });
     }
 
     /// The radiance of a sample without other objects than catchers, if it meets a catcher.
     pub(super) fn without(&self, sample: usize) -> Option<Rgb> {
         let is_caught = self.is_caught.get(sample).copied().unwrap_or(false);
         is_caught.then(|| self.out.radiance[self.weights.len() + sample])
+    }
+
+    /// The radiance of the background behind the catcher that a sample meets, if it meets one and the camera sees backgrounds.
+    pub(super) fn behind(&self, context: &RenderContext<'_>, sample: usize) -> Option<Rgb> {
+        let is_caught = self.is_caught.get(sample).copied().unwrap_or(false);
+        (is_caught && context.shows_background()).then(|| self.out.radiance[2 * self.weights.len() + sample])
     }
 }

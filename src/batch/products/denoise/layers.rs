@@ -4,8 +4,8 @@ use std::path::Path;
 
 use crate::{
     batch::resume::fingerprint::SCENE,
-    denoise::{CameraMatrices, Color, DenoiseError, Denoised, Frame, Guides, Vectors},
-    film::passes::{GROUP_PREFIX, PASSES, PassSource},
+    denoise::{CameraMatrices, CatcherAlpha, Color, DenoiseError, Denoised, Frame, Guides, Vectors},
+    film::passes::{COVERAGE, GROUP_PREFIX, PASSES, PassSource},
     output::{ExrFile, FilePlane, Numbers, Value},
 };
 
@@ -120,6 +120,19 @@ pub(super) fn frame(file: &ExrFile, layers: &[String], path: &Path) -> Result<Fr
         Some(_) => reader.plane("A")?.to_vec(),
         None => vec![1.0; depth.len()],
     };
+    let alpha_halves = [reader.plane("alpha_halves.A")?, reader.plane("alpha_halves.B")?];
+    let alpha_halves = alpha_halves.map(<[f32]>::to_vec);
+    let (alpha, alpha_halves, catcher_alpha) = match find(file, &format!("{COVERAGE}.A")) {
+        None => (alpha, alpha_halves, None),
+        Some(plane) => {
+            let covered = reader.plane(&plane.name)?.to_vec();
+            let catchers = CatcherAlpha {
+                all: alpha,
+                halves: alpha_halves,
+            };
+            (covered.clone(), [covered.clone(), covered], Some(catchers))
+        }
+    };
     let mut guides = Guides {
         albedo: reader.color("albedo", RGB)?,
         albedo_variance: reader.sum("albedo_variance", RGB)?,
@@ -133,8 +146,6 @@ pub(super) fn frame(file: &ExrFile, layers: &[String], path: &Path) -> Result<Fr
         },
     };
     guides.divide_by_alpha(&alpha);
-    let alpha_halves = [reader.plane("alpha_halves.A")?, reader.plane("alpha_halves.B")?];
-    let alpha_halves = alpha_halves.map(<[f32]>::to_vec);
     let halves = [reader.color("beauty_a", RGB)?, reader.color("beauty_b", RGB)?];
     let mut light = Vec::new();
     for layer in layers {
@@ -159,6 +170,7 @@ pub(super) fn frame(file: &ExrFile, layers: &[String], path: &Path) -> Result<Fr
         specular: specular(layers, &light),
         alpha,
         alpha_halves,
+        catcher_alpha,
         guides,
         scene: match file.attribute(SCENE) {
             Some(Value::String(scene)) => Some(scene.clone()),
