@@ -23,7 +23,7 @@ use crate::{
     describe::{Diagnostics, SceneDesc},
     light::sky::Sky,
     material::Material,
-    math::{ColorConversion, DVec3},
+    math::DVec3,
     scene::SceneBuilder,
     texture::{BitmapId, Texture, bitmap::ColorSpace, image::ImageDesc},
     value::one_line,
@@ -240,10 +240,8 @@ impl Compiler<'_> {
             let mapping = entry.mapping.compile(self.origin);
             if let (Some(pattern), Some(mapping)) = (self.record(pattern), self.record(mapping)) {
                 self.scene.texture(Texture {
-                    mapping,
                     transform: entry.transform.compile(),
-                    pattern,
-                    colors: ColorConversion::default(),
+                    ..Texture::new(mapping, pattern)
                 });
             }
         }

@@ -7,7 +7,6 @@ use crate::{
     assets::model::{Model, ModelTexture, UvSet},
     describe::{MaterialEntry, SceneDesc},
     material::{Find, Material, MaterialId, matte::Matte, principled::Principled},
-    math::ColorConversion,
     scene::{BackFaces, MaterialBackFaces, SceneBuilder, two_sided_reason},
     texture::{BitmapId, Color, Mapping, Pattern, Texture, TextureId, Textures, image::ImagePattern},
     value::{ColorSource, Problem, Spanned},
@@ -154,18 +153,20 @@ pub(super) fn model_material(surface: &Principled, first: TextureId) -> Material
 }
 
 fn texture_of(texture: &ModelTexture, bitmap: BitmapId) -> Texture {
+    let mapping = match texture.uv_set {
+        UvSet::First => Mapping::Uv,
+        UvSet::Second => Mapping::SecondUv,
+    };
     Texture {
-        mapping: match texture.uv_set {
-            UvSet::First => Mapping::Uv,
-            UvSet::Second => Mapping::SecondUv,
-        },
         transform: texture.transform,
-        pattern: Pattern::Image(ImagePattern {
-            bitmap,
-            filter: texture.filter,
-            wrap: texture.wrap,
-        }),
-        colors: ColorConversion::default(),
+        ..Texture::new(
+            mapping,
+            Pattern::Image(ImagePattern {
+                bitmap,
+                filter: texture.filter,
+                wrap: texture.wrap,
+            }),
+        )
     }
 }
 

@@ -303,6 +303,11 @@ impl Reader<'_> {
         if let DeValue::Table(table) = value.get_mut()
             && let Some(given) = table.remove("transform")
         {
+            if mapping.is_solid() {
+                let message = "`transform` is for the coordinates s and t alone";
+                let help = "give `mapping.object` or `mapping.world` a `scale`, `rotate` and `offset`";
+                self.problems.push(Problem::at(given.span(), message).with_help(help));
+            }
             transform = self.entity(given)?;
         }
         let pattern: PatternDesc = self.kind(Spanned::new(span, value.into_inner()), &kind_tables::TEXTURE)?;

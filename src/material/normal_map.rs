@@ -94,11 +94,10 @@ mod tests {
     fn leaning(mapping: Mapping, transform: StTransform) -> Vec3 {
         let color = Rgb::new(0.8, 0.5, 0.9);
         let texture = Texture {
-            mapping,
             transform,
-            pattern: Pattern::Constant(Constant { color }),
             // Normals are no colours.
             colors: ColorConversion::new(Default::default(), WorkingSpace::AcesCg),
+            ..Texture::new(mapping, Pattern::Constant(Constant { color }))
         };
         let textures = Textures {
             textures: &[texture],

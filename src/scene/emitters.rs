@@ -13,7 +13,7 @@ use crate::{
     material::{Emission, EmissionReach, Material, MaterialId},
     math::{Rgb, Sidedness, Transform, Vec2, Vec3},
     shape::{LocalSurface, ShapeHit, spherical},
-    texture::{Color, TexturePoint},
+    texture::{Color, ScenePlace, TexturePoint},
 };
 
 /// The number of an emitter.
@@ -282,7 +282,14 @@ pub(super) fn corner_uvs(mesh: &MeshRecord, vertices: [u32; 3]) -> Option<[Vec2;
 pub(super) fn shape_point(transform: Option<&Transform>, p: Vec3, n: Vec3) -> TexturePoint {
     match transform {
         None => TexturePoint::in_scene(p, n),
-        Some(_) => TexturePoint::new(p, n),
+        Some(t) => TexturePoint {
+            scene: ScenePlace {
+                p: t.point_to_world(p),
+                n: t.normal_to_world(n).normalize(),
+                ..TexturePoint::new(p, n).scene
+            },
+            ..TexturePoint::new(p, n)
+        },
     }
 }
 
@@ -295,7 +302,10 @@ pub(super) fn texture_point(
 ) -> TexturePoint {
     let place = match &mesh.transform {
         None => TexturePoint::in_scene(surface.p, surface.ng),
-        Some(t) => TexturePoint::new(t.point_to_local(surface.p), t.normal_to_local(surface.ng).normalize()),
+        Some(t) => TexturePoint {
+            scene: TexturePoint::in_scene(surface.p, surface.ng).scene,
+            ..TexturePoint::new(t.point_to_local(surface.p), t.normal_to_local(surface.ng).normalize())
+        },
     };
     let mut at = TexturePoint {
         uv: surface.uv,

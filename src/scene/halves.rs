@@ -81,6 +81,7 @@ pub struct SceneShading {
     is_spatially_varying: Vec<bool>,
     has_mixtures: bool,
     reads_footprints: bool,
+    reads_scene_places: bool,
     pub(crate) bsdfs: MaterialBsdfs,
 }
 
@@ -115,7 +116,9 @@ impl SceneShading {
             media: Media::default(),
             is_spatially_varying: Vec::new(),
             has_mixtures: false,
-            reads_footprints: bitmaps.iter().any(|b| !b.levels.is_empty()),
+            reads_footprints: bitmaps.iter().any(|b| !b.levels.is_empty())
+                || textures.iter().any(|texture| texture.pattern.is_band_limited()),
+            reads_scene_places: textures.iter().any(Texture::reads_scene),
             bsdfs: MaterialBsdfs::default(),
             materials,
             material_names,
@@ -207,6 +210,12 @@ impl SceneShading {
             (material, number) = mixture.choose(&self.textures(), at, number);
         }
         material
+    }
+
+    /// Whether a texture reads where its points are in the scene.
+    #[inline]
+    pub(super) fn reads_scene_places(&self) -> bool {
+        self.reads_scene_places
     }
 
     /// Whether a texture is filtered over the footprint of a ray, so that rays need cones.

@@ -15,7 +15,7 @@ use crate::{
     math::{Dispatch, Ray, Transform, Vec2, Vec3},
     shape::{LocalSurface, ShapeHit, triangle},
     simd::prefetch,
-    texture::{TexturePoint, TextureSpace, VertexAttributes},
+    texture::{ScenePlace, TexturePoint, TextureSpace, VertexAttributes},
 };
 
 /// The distance of prefetches, in hits.
@@ -155,6 +155,9 @@ impl Scene {
         };
         surface.set_geometry(&placed_geometry, &placed_geometry.shading_view(ray.d));
         self.fill_texture_point(hit, mesh, &mut surface);
+        if self.shading.reads_scene_places() {
+            surface.fill_scene_place();
+        }
         surface
     }
 
@@ -206,6 +209,9 @@ impl Scene {
             if self.shading.is_spatially_varying(surface.material) {
                 let mesh = self.geometry.meshes.get(meshes[k]);
                 self.fill_texture_point(hit(part.start + k).1, mesh, surface);
+                if self.shading.reads_scene_places() {
+                    surface.fill_scene_place();
+                }
             }
         }
     }
@@ -378,6 +384,18 @@ impl Scene {
             surface.tangent = t.vector_to_world(tangent.truncate()).extend(side);
         }
         placed_geometry
+    }
+}
+
+impl SurfaceInteraction {
+    /// Sets the place of the texture point in the scene.
+    fn fill_scene_place(&mut self) {
+        self.texture.scene = ScenePlace {
+            p: self.p,
+            n: self.ng,
+            dpdu: self.dpdu,
+            dpdv: self.dpdv,
+        };
     }
 }
 

@@ -14,7 +14,7 @@
 
 use serde::Deserialize;
 
-use super::{Bitmap, FindBitmap, PatternKind};
+use super::{FindBitmap, Lookup, PatternKind, Textures};
 use crate::{
     math::{DVec2, Rgb, Vec2, float},
     value::{Positive, Problem, RgbFactor},
@@ -44,18 +44,24 @@ pub struct Checker {
     pub scale: f32,
 }
 
-impl PatternKind for Checker {
-    fn eval(&self, _bitmaps: &[Bitmap], st: Vec2) -> Rgb {
+impl Checker {
+    fn at(&self, st: Vec2) -> Rgb {
         let square = (st * self.scale).floor();
         let odd = (square.x + square.y).rem_euclid(2.0) == 1.0;
         self.colors[usize::from(odd)]
+    }
+}
+
+impl PatternKind for Checker {
+    fn numbers(&self, lookup: &Lookup<'_>) -> Rgb {
+        self.at(lookup.st())
     }
 
     fn periods(&self) -> DVec2 {
         DVec2::splat(2.0 / float::decimal(self.scale))
     }
 
-    fn max_value(&self, _bitmaps: &[Bitmap]) -> Rgb {
+    fn max_value(&self, _textures: &Textures<'_>) -> Rgb {
         let [a, b] = self.colors;
         a.max(b)
     }
@@ -71,7 +77,7 @@ mod tests {
             colors: [Rgb::WHITE, Rgb::BLACK],
             scale: 2.0,
         };
-        let at = |s, t| c.eval(&[], Vec2::new(s, t));
+        let at = |s, t| c.at(Vec2::new(s, t));
         assert_eq!(at(0.1, 0.1), Rgb::WHITE);
         assert_eq!(at(0.6, 0.1), Rgb::BLACK);
         assert_eq!(at(-0.1, 0.1), Rgb::BLACK);

@@ -11,9 +11,9 @@
 
 use serde::Deserialize;
 
-use super::{Bitmap, FindBitmap, PatternKind};
+use super::{FindBitmap, Lookup, PatternKind, Textures};
 use crate::{
-    math::{Rgb, Vec2},
+    math::Rgb,
     value::{Problem, RgbFactor},
 };
 
@@ -35,11 +35,11 @@ pub struct Constant {
 }
 
 impl PatternKind for Constant {
-    fn eval(&self, _bitmaps: &[Bitmap], _st: Vec2) -> Rgb {
+    fn numbers(&self, _lookup: &Lookup<'_>) -> Rgb {
         self.color
     }
 
-    fn max_value(&self, _bitmaps: &[Bitmap]) -> Rgb {
+    fn max_value(&self, _textures: &Textures<'_>) -> Rgb {
         self.color
     }
 }

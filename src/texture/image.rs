@@ -34,7 +34,7 @@
 
 use serde::Deserialize;
 
-use super::{Bitmap, BitmapId, FindBitmap, PatternKind, bitmap::ColorSpace, channel_of};
+use super::{Bitmap, BitmapId, FindBitmap, Lookup, PatternKind, Textures, bitmap::ColorSpace, source::channel_of};
 use crate::{
     math::{DVec2, Rgb, Vec2, exponential, float},
     value::{Channel, Problem, Spanned},
@@ -307,13 +307,47 @@ impl Footprint {
 /// The largest number of texels that are read for a bound.
 const MAX_BOUNDED_TEXELS: f32 = 65_536.0;
 
-impl PatternKind for ImagePattern {
-    fn max_value(&self, bitmaps: &[Bitmap]) -> Rgb {
-        bitmaps[self.bitmap.0 as usize].max_value()
+impl ImagePattern {
+    /// The colour at `st`.
+    #[inline]
+    fn eval(&self, bitmaps: &[Bitmap], st: Vec2) -> Rgb {
+        let bitmap = &bitmaps[self.bitmap.0 as usize];
+        match self.filter {
+            TextureFilter::Nearest => self.nearest(bitmap, st),
+            TextureFilter::Linear | TextureFilter::Trilinear => self.linear(bitmap, st),
+        }
     }
 
-    fn max_within(&self, bitmaps: &[Bitmap], corners: [Vec2; 2]) -> Rgb {
+    /// The mean over the ellipse around `st` whose axes, from end to end, are `axes`.
+    fn mean(&self, bitmaps: &[Bitmap], st: Vec2, axes: [Vec2; 2]) -> Rgb {
         let bitmap = &bitmaps[self.bitmap.0 as usize];
+        let size = Vec2::new(bitmap.width as f32, bitmap.height as f32);
+        let footprint = Footprint::of(axes, size, MAX_PROBES);
+        let ends = self.wrap.iter().any(|wrap| wrap.period() == 0.0);
+        if ends && footprint.width > 1.0 {
+            return Self::along(&footprint, st, |st| self.within(bitmap, st, footprint.width));
+        }
+        let level = footprint.level();
+        Self::along(&footprint, st, |st| self.between_levels(bitmap, st, level))
+    }
+}
+
+impl PatternKind for ImagePattern {
+    #[inline]
+    fn numbers(&self, lookup: &Lookup<'_>) -> Rgb {
+        let (bitmaps, st) = (lookup.textures.bitmaps, lookup.st());
+        if self.filter != TextureFilter::Trilinear || lookup.is_at_point() {
+            return self.eval(bitmaps, st);
+        }
+        self.mean(bitmaps, st, lookup.st_axes())
+    }
+
+    fn max_value(&self, textures: &Textures<'_>) -> Rgb {
+        textures.bitmaps[self.bitmap.0 as usize].max_value()
+    }
+
+    fn max_within(&self, textures: &Textures<'_>, corners: [Vec2; 2]) -> Rgb {
+        let bitmap = &textures.bitmaps[self.bitmap.0 as usize];
         let size = Vec2::new(bitmap.width as f32, bitmap.height as f32);
         let [low, high] = corners.map(|st| (st * size - 0.5).floor());
         let texels = high - low + 2.0;
@@ -338,8 +372,8 @@ impl PatternKind for ImagePattern {
         Rgb::gray(rows.fold(0.0, f32::max))
     }
 
-    fn alpha(&self, bitmaps: &[Bitmap], st: Vec2) -> f32 {
-        let bitmap = &bitmaps[self.bitmap.0 as usize];
+    fn alpha(&self, lookup: &Lookup<'_>) -> f32 {
+        let (bitmap, st) = (&lookup.textures.bitmaps[self.bitmap.0 as usize], lookup.st());
         let (w, h) = (i64::from(bitmap.width), i64::from(bitmap.height));
         let x = st * Vec2::new(bitmap.width as f32, bitmap.height as f32) - 0.5;
         if !bitmap.has_alpha() || !x.is_finite() {
@@ -358,21 +392,13 @@ impl PatternKind for ImagePattern {
         row(j) * (1.0 - f.y) + row(j.saturating_add(1)) * f.y
     }
 
-    fn all(&self, bitmaps: &[Bitmap], channel: Channel, test: &dyn Fn(f32) -> bool) -> bool {
-        let bitmap = &bitmaps[self.bitmap.0 as usize];
+    fn all(&self, textures: &Textures<'_>, channel: Channel, test: &dyn Fn(f32) -> bool) -> bool {
+        let bitmap = &textures.bitmaps[self.bitmap.0 as usize];
         let number = |x, y| match channel {
             Channel::A if bitmap.has_alpha() => bitmap.alpha(x, y),
             _ => channel_of(bitmap.rgb(x, y), channel),
         };
         (0..bitmap.height).all(|y| (0..bitmap.width).all(|x| test(number(x, y))))
-    }
-
-    fn eval(&self, bitmaps: &[Bitmap], st: Vec2) -> Rgb {
-        let bitmap = &bitmaps[self.bitmap.0 as usize];
-        match self.filter {
-            TextureFilter::Nearest => self.nearest(bitmap, st),
-            TextureFilter::Linear | TextureFilter::Trilinear => self.linear(bitmap, st),
-        }
     }
 
     fn bitmap(&self) -> Option<BitmapId> {
@@ -383,24 +409,12 @@ impl PatternKind for ImagePattern {
         (self.filter == TextureFilter::Trilinear).then_some(self.bitmap)
     }
 
-    fn mean(&self, bitmaps: &[Bitmap], st: Vec2, axes: [Vec2; 2]) -> Rgb {
-        let bitmap = &bitmaps[self.bitmap.0 as usize];
-        let size = Vec2::new(bitmap.width as f32, bitmap.height as f32);
-        let footprint = Footprint::of(axes, size, MAX_PROBES);
-        let ends = self.wrap.iter().any(|wrap| wrap.period() == 0.0);
-        if ends && footprint.width > 1.0 {
-            return Self::along(&footprint, st, |st| self.within(bitmap, st, footprint.width));
-        }
-        let level = footprint.level();
-        Self::along(&footprint, st, |st| self.between_levels(bitmap, st, level))
-    }
-
     fn periods(&self) -> DVec2 {
         DVec2::from_array(self.wrap.map(Wrap::period))
     }
 
-    fn steps(&self, bitmaps: &[Bitmap]) -> Vec2 {
-        let bitmap = &bitmaps[self.bitmap.0 as usize];
+    fn steps(&self, textures: &Textures<'_>) -> Vec2 {
+        let bitmap = &textures.bitmaps[self.bitmap.0 as usize];
         Vec2::new(bitmap.width as f32, bitmap.height as f32)
     }
 }

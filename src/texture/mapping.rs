@@ -6,8 +6,15 @@
 //! | `planar = { s = { axis, from, to }, t = { axis, from, to } }` | a coordinate of the object's own space: 0 at `from`, 1 at `to` |
 //! | `spherical` | longitude of the normal around y, from +x towards +z over 360 degrees; latitude from the south pole |
 //! | `asin` | asin(n.x)/pi + 0.5 and asin(n.y)/pi + 0.5 for the unit normal n |
+//! | `object = { scale, rotate, offset }` | three coordinates: x, y and z of the object's own space, in metres |
+//! | `world = { scale, rotate, offset }` | three coordinates: x, y and z of the world, in metres |
 //!
 //! `axis` is `"x"`, `"y"` or `"z"`.
+//!
+//! `object` and `world` need no texture coordinates. Patterns that fill space, such as `noise`, run through the body as through a block
+//! of stone; others show their s and t along the first two coordinates. `scale`, a number or `[x, y, z]`, multiplies the coordinates; then
+//! `rotate = [x, y, z]` rotates them about the fixed x, y and z axes in this order (degrees); then `offset = [x, y, z]` is added. A texture in
+//! `object` moves with its object, one in `world` stays while objects move through it.
 //!
 //! ```toml
 //! [texture.floor]
@@ -24,7 +31,10 @@ use std::f32::consts::{PI, TAU};
 
 use serde::Deserialize;
 
-use super::{TexturePoint, TextureSpace};
+use super::{
+    TexturePoint, TextureSpace,
+    solid::{Solid, SolidDesc, SolidSpace},
+};
 use crate::{
     math::{DVec3, Vec2, Vec3, trig},
     value::{Coordinate, Problem, Spanned},
@@ -41,6 +51,8 @@ pub enum MappingDesc {
     Planar(PlanarDesc),
     Spherical(NoKeys),
     Asin(NoKeys),
+    Object(SolidDesc),
+    World(SolidDesc),
 }
 
 /// A kind without keys.
@@ -73,7 +85,7 @@ pub enum Axis {
 
 impl MappingDesc {
     /// The names of all mappings.
-    pub const NAMES: &[&str] = &["uv", "planar", "spherical", "asin"];
+    pub const NAMES: &[&str] = &["uv", "planar", "spherical", "asin", "object", "world"];
 
     /// Compiles the mapping for a scene around `origin`.
     pub fn compile(&self, origin: DVec3) -> Result<Mapping, Problem> {
@@ -85,7 +97,14 @@ impl MappingDesc {
             },
             Self::Spherical(_) => Mapping::Spherical,
             Self::Asin(_) => Mapping::Asin,
+            Self::Object(solid) => Mapping::Solid(solid.compile(SolidSpace::Object, origin)),
+            Self::World(solid) => Mapping::Solid(solid.compile(SolidSpace::World, origin)),
         })
+    }
+
+    /// Whether it gives three coordinates, which it scales, rotates and moves itself.
+    pub fn is_solid(&self) -> bool {
+        matches!(self, Self::Object(_) | Self::World(_))
     }
 }
 
@@ -145,9 +164,21 @@ pub enum Mapping {
     },
     Spherical,
     Asin,
+    /// Three coordinates.
+    Solid(Solid),
 }
 
 impl Mapping {
+    /// The map to three coordinates, if it has them.
+    #[inline]
+    pub fn solid(&self) -> Option<&Solid> {
+        match self {
+            Self::Solid(solid) => Some(solid),
+            _ => None,
+        }
+    }
+
+    /// The texture coordinates; of three the first two.
     pub fn st(&self, at: &TexturePoint) -> Vec2 {
         let asin = |x: f32| trig::asin(x.clamp(-1.0, 1.0)) / PI + 0.5;
         match self {
@@ -159,6 +190,7 @@ impl Mapping {
                 Vec2::new(if turn < 0.0 { turn + 1.0 } else { turn }, asin(at.n.y))
             }
             Self::Asin => Vec2::new(asin(at.n.x), asin(at.n.y)),
+            Self::Solid(solid) => solid.place(at).truncate().as_vec2(),
         }
     }
 
@@ -168,13 +200,13 @@ impl Mapping {
         match self {
             Self::Uv => at.uv_origin,
             Self::SecondUv => at.vertex.second_uv_origin,
-            Self::Planar { .. } | Self::Spherical | Self::Asin => Vec2::ZERO,
+            Self::Planar { .. } | Self::Spherical | Self::Asin | Self::Solid(_) => Vec2::ZERO,
         }
     }
 
     /// Whether the coordinates are affine over a triangle.
     pub(super) fn is_affine(&self) -> bool {
-        matches!(self, Self::Uv | Self::SecondUv | Self::Planar { .. })
+        matches!(self, Self::Uv | Self::SecondUv | Self::Planar { .. } | Self::Solid(_))
     }
 
     /// Whether the tangents of a surface follow its coordinates.
@@ -210,6 +242,7 @@ impl Mapping {
                     Vec2::new(turn, dn.y * slope(at.n.y))
                 }
                 Self::Asin => Vec2::new(dn.x * slope(at.n.x), dn.y * slope(at.n.y)),
+                Self::Solid(solid) => solid.step(at, duv).truncate(),
             }
         })
     }

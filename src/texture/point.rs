@@ -32,6 +32,19 @@ pub struct TexturePoint {
     pub footprint: [Vec2; 2],
     /// Attributes that the vertices of a mesh give beside `uv`.
     pub vertex: VertexAttributes,
+    /// The same point in the scene; unspecified where no texture reads it.
+    pub scene: ScenePlace,
+}
+
+/// A point of a surface in the scene, around the scene's origin.
+#[derive(Clone, Copy, Debug)]
+pub struct ScenePlace {
+    pub p: Vec3,
+    /// Unit geometric normal, as authored.
+    pub n: Vec3,
+    /// The derivatives of `p` with respect to `uv`.
+    pub dpdu: Vec3,
+    pub dpdv: Vec3,
 }
 
 /// Attributes of a mesh at a point, interpolated between its vertices.
@@ -91,6 +104,12 @@ impl TexturePoint {
             curvature: 0.0,
             footprint: [Vec2::ZERO; 2],
             vertex: VertexAttributes::NONE,
+            scene: ScenePlace {
+                p,
+                n,
+                dpdu: Vec3::ZERO,
+                dpdv: Vec3::ZERO,
+            },
         }
     }
 
@@ -113,6 +132,10 @@ impl TexturePoint {
             vertex: VertexAttributes {
                 second_uv: self.vertex.second_uv + along[0] * duv.x + along[1] * duv.y,
                 ..self.vertex
+            },
+            scene: ScenePlace {
+                p: self.scene.p + self.scene.dpdu * duv.x + self.scene.dpdv * duv.y,
+                ..self.scene
             },
             ..*self
         }

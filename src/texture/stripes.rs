@@ -15,9 +15,9 @@
 
 use serde::Deserialize;
 
-use super::{Bitmap, FindBitmap, PatternKind};
+use super::{FindBitmap, Lookup, PatternKind, Textures};
 use crate::{
-    math::{DVec2, Rgb, Vec2, float},
+    math::{DVec2, Rgb, float},
     value::{Positive, Problem, RgbFactor},
 };
 
@@ -45,8 +45,8 @@ pub struct Stripes {
 }
 
 impl PatternKind for Stripes {
-    fn eval(&self, _bitmaps: &[Bitmap], st: Vec2) -> Rgb {
-        let odd = (st.x / self.width).floor().rem_euclid(2.0) == 1.0;
+    fn numbers(&self, lookup: &Lookup<'_>) -> Rgb {
+        let odd = (lookup.st().x / self.width).floor().rem_euclid(2.0) == 1.0;
         self.colors[usize::from(odd)]
     }
 
@@ -54,7 +54,7 @@ impl PatternKind for Stripes {
         DVec2::new(2.0 * float::decimal(self.width), 0.0)
     }
 
-    fn max_value(&self, _bitmaps: &[Bitmap]) -> Rgb {
+    fn max_value(&self, _textures: &Textures<'_>) -> Rgb {
         let [a, b] = self.colors;
         a.max(b)
     }

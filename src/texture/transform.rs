@@ -101,17 +101,14 @@ impl StTransform {
         self.vector(st) + self.offset
     }
 
+    /// The image of `st` in double precision.
+    pub(super) fn exact(&self, st: DVec2) -> DVec2 {
+        self.exact.transform_point2(st)
+    }
+
     /// The image of `origin`, less by whole multiples of the `periods` of s and t. A period of 0 has none.
     pub(super) fn offset_of(&self, origin: Vec2, periods: DVec2) -> Vec2 {
-        let image = self.exact.transform_point2(origin.as_dvec2());
-        let part = |x: f64, period: f64| {
-            if period > 0.0 {
-                x - (x / period).round() * period
-            } else {
-                x
-            }
-        };
-        DVec2::new(part(image.x, periods.x), part(image.y, periods.y)).as_vec2()
+        less_periods(self.exact(origin.as_dvec2()), periods)
     }
 
     /// The same map with an offset that is less by whole multiples of `periods`, if it is far from 0.
@@ -128,6 +125,18 @@ impl StTransform {
     pub fn vector(&self, d: Vec2) -> Vec2 {
         self.axes[0] * d.x + self.axes[1] * d.y
     }
+}
+
+/// A point less by whole multiples of the `periods` of its coordinates. A period of 0 has none.
+pub(super) fn less_periods(point: DVec2, periods: DVec2) -> Vec2 {
+    let part = |x: f64, period: f64| {
+        if period > 0.0 {
+            x - (x / period).round() * period
+        } else {
+            x
+        }
+    };
+    DVec2::new(part(point.x, periods.x), part(point.y, periods.y)).as_vec2()
 }
 
 #[cfg(test)]

@@ -16,6 +16,10 @@ impl RgbFactor {
     pub fn white() -> Self {
         Self(Rgb::WHITE)
     }
+
+    pub fn black() -> Self {
+        Self(Rgb::BLACK)
+    }
 }
 
 impl<'de> Deserialize<'de> for RgbFactor {

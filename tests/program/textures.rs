@@ -36,14 +36,15 @@ fn scene(corners: [Vec3; 4], bitmap: Bitmap, filter: TextureFilter, repeat: f32)
     let mut builder = SceneBuilder::new(Background::new(Rgb::BLACK));
     let bitmap = builder.bitmap(bitmap);
     let texture = builder.texture(Texture {
-        mapping: Mapping::Uv,
         transform: StTransform::new(Vec2::ZERO, 0.0, Vec2::splat(repeat)),
-        pattern: Pattern::Image(ImagePattern {
-            bitmap,
-            filter,
-            wrap: [Wrap::Repeat; 2],
-        }),
-        colors: batch_render::math::ColorConversion::default(),
+        ..Texture::new(
+            Mapping::Uv,
+            Pattern::Image(ImagePattern {
+                bitmap,
+                filter,
+                wrap: [Wrap::Repeat; 2],
+            }),
+        )
     });
     let material = builder.material(Material::Matte(Matte::smooth(Color::Texture(texture))));
     builder.shape("quad", quad(corners), None, material);
@@ -146,16 +147,14 @@ fn under_a_textured_lamp(filter: TextureFilter) -> Scene {
         1,
         Storage::Srgb8((0..64 * 64).map(value).collect()),
     ));
-    let texture = builder.texture(Texture {
-        mapping: Mapping::Uv,
-        transform: StTransform::IDENTITY,
-        pattern: Pattern::Image(ImagePattern {
+    let texture = builder.texture(Texture::new(
+        Mapping::Uv,
+        Pattern::Image(ImagePattern {
             bitmap,
             filter,
             wrap: [Wrap::Repeat; 2],
         }),
-        colors: batch_render::math::ColorConversion::default(),
-    });
+    ));
     let lamp = builder.material(Material::Emitter(Emitter {
         radiance: Color::Texture(texture),
         scale: 100.0,

@@ -8,16 +8,18 @@ use crate::{
     light::Light,
     material::{Emission, Material, Sidedness, emitter::Emitter},
     math::{
-        ColorConversion, DVec3, Plain, Ray, Rgb, Transform, Vec2, Vec3,
+        DVec3, Plain, Ray, Rgb, Transform, Vec2, Vec3,
         hash::{pcg4d, unit_f32},
         warp,
     },
     scene::{Background, LightId, Scene, SceneBuilder},
     shape::{ShapeDesc, mesh::Mesh},
     texture::{
-        Bitmap, Color, Mapping, Pattern, StTransform, Texture,
+        Bitmap, Color, Mapping, Pattern, Texture,
         checker::Checker,
         image::{ImagePattern, TextureFilter, Wrap},
+        mapping::MappingDesc,
+        voronoi::{CellValue, Voronoi},
     },
 };
 
@@ -287,24 +289,32 @@ fn a_mesh_of_triangles_shines_as_the_shape_that_it_is() {
 
 #[test]
 fn textured_emitters_shine_with_the_texture_at_the_sampled_point() {
-    for shape in SHAPES {
+    let checker = Pattern::Checker(Checker {
+        colors: [Rgb::gray(4.0), Rgb::gray(0.25)],
+        scale: 3.0,
+    });
+    let cells = Pattern::Voronoi(Voronoi {
+        colors: [Rgb::gray(0.25), Rgb::gray(4.0)],
+        value: CellValue::Cell,
+        scale: 3.0,
+        seed: 2,
+    });
+    let mappings = [
+        MappingDesc::Object(Default::default()),
+        MappingDesc::World(Default::default()),
+    ];
+    let solid = mappings.map(|desc| desc.compile(DVec3::ZERO).expect("a mapping"));
+    let textures = [(Mapping::Uv, checker), (solid[0], cells), (solid[1], cells)];
+    for (shape, (mapping, pattern)) in SHAPES.into_iter().flat_map(|shape| textures.map(|t| (shape, t))) {
         let mut builder = dark();
-        let texture = builder.texture(Texture {
-            mapping: Mapping::Uv,
-            transform: StTransform::IDENTITY,
-            pattern: Pattern::Checker(Checker {
-                colors: [Rgb::gray(4.0), Rgb::gray(0.25)],
-                scale: 3.0,
-            }),
-            colors: ColorConversion::default(),
-        });
+        let texture = builder.texture(Texture::new(mapping, pattern));
         let material = builder.material(shining(Color::Texture(texture), Sidedness::Both));
         let transform = place([0.0, 1.5, 0.0], [20.0, 10.0, 5.0], [1.0, 0.8, 1.2]);
         add(&mut builder, shape, transform, material);
         let scene = builder.build(AccelKind::Linear).expect("a scene");
         let [light, cosine, both] = irradiances(&scene, &floor(0.3), 10_000);
         for other in [cosine, both] {
-            assert!(light.z(&other) < 4.5, "{shape}: {light:?} {other:?}");
+            assert!(light.z(&other) < 4.5, "{shape} {mapping:?}: {light:?} {other:?}");
         }
     }
 }
@@ -315,16 +325,14 @@ fn triangles_over_black_texels_are_no_lights() {
     // Light on the right third alone.
     let numbers = [0.0, 0.0, 0.0, 0.0, 0.0, 3.0];
     let bitmap = builder.bitmap(Bitmap::from_floats([6, 1], 1, numbers.into()));
-    let texture = builder.texture(Texture {
-        mapping: Mapping::Uv,
-        transform: StTransform::IDENTITY,
-        pattern: Pattern::Image(ImagePattern {
+    let texture = builder.texture(Texture::new(
+        Mapping::Uv,
+        Pattern::Image(ImagePattern {
             bitmap,
             filter: TextureFilter::Linear,
             wrap: [Wrap::Clamp; 2],
         }),
-        colors: ColorConversion::default(),
-    });
+    ));
     let material = builder.material(shining(Color::Texture(texture), Sidedness::Both));
     let column = |x: f32| [Vec3::new(x - 0.5, 1.5, -0.5), Vec3::new(x - 0.5, 1.5, 0.5)];
     let mesh = Mesh {

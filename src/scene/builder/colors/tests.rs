@@ -5,8 +5,8 @@ use std::{fmt::Debug, fs};
 use crate::{
     light::LightDesc,
     material::{Find, MaterialDesc, MaterialId},
-    math::{ColorConversion, DVec3, Primaries, Rgb, Vec2, WorkingSpace},
-    texture::{BitmapId, Color, PatternDesc, TextureId},
+    math::{ColorConversion, DVec3, Primaries, Rgb, Vec2, Vec3, WorkingSpace},
+    texture::{BitmapId, Color, Mapping, PatternDesc, Texture, TextureId, TexturePoint, Textures},
     value::{ColorSource, Spanned},
 };
 
@@ -67,7 +67,16 @@ fn compiled(room: &str, text: &str) -> Option<[Vec<String>; 2]> {
                 colors.iter_mut().for_each(|c| *c = conversion.convert(*c));
             };
             let places = (0..64).map(|i| Vec2::new((i % 8) as f32, (i / 8) as f32) / 8.0);
-            let colors: Vec<Rgb> = places.map(|st| pattern.eval(&[], st)).collect();
+            let texture = Texture::new(Mapping::Uv, pattern);
+            let textures = Textures {
+                textures: &[],
+                bitmaps: &[],
+            };
+            let at = |uv| TexturePoint {
+                uv,
+                ..TexturePoint::new(Vec3::ZERO, Vec3::Z)
+            };
+            let colors: Vec<Rgb> = places.map(|uv| texture.eval(&textures, &at(uv))).collect();
             Some(before_and_after(colors, convert))
         }
         _ => {

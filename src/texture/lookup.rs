@@ -1,0 +1,115 @@
+//! A look-up of a texture at a point of a surface, as patterns see it.
+
+use super::{Texture, TexturePoint, Textures};
+use crate::math::{DVec2, DVec3, Vec2, Vec3};
+
+/// A look-up of a texture at a point.
+#[derive(Clone, Copy)]
+pub struct Lookup<'a> {
+    /// All textures of the scene.
+    pub textures: &'a Textures<'a>,
+    pub(super) texture: &'a Texture,
+    pub(super) at: &'a TexturePoint,
+}
+
+/// A place in the coordinates of a texture, in double precision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Place {
+    /// s and t.
+    Plane(DVec2),
+    /// The three coordinates of a mapping in space.
+    Space(DVec3),
+}
+
+/// From here on cells of a pattern have no exact numbers.
+const TOO_FAR: f64 = (1_u64 << 52) as f64;
+
+impl Place {
+    /// The place in a pattern that is `scale` times as fine; `None` where it is too far away, or not finite.
+    pub fn scaled(self, scale: f32) -> Option<Self> {
+        let scale = f64::from(scale);
+        let (scaled, most) = match self {
+            Self::Plane(p) => (Self::Plane(p * scale), (p * scale).abs().max_element()),
+            Self::Space(p) => (Self::Space(p * scale), (p * scale).abs().max_element()),
+        };
+        (most < TOO_FAR && self.is_finite()).then_some(scaled)
+    }
+
+    fn is_finite(self) -> bool {
+        match self {
+            Self::Plane(p) => p.is_finite(),
+            Self::Space(p) => p.is_finite(),
+        }
+    }
+
+    /// The first two coordinates.
+    pub fn st(self) -> DVec2 {
+        match self {
+            Self::Plane(p) => p,
+            Self::Space(p) => p.truncate(),
+        }
+    }
+
+    /// All three; in the plane the third is 0.
+    pub fn xyz(self) -> DVec3 {
+        match self {
+            Self::Plane(p) => p.extend(0.0),
+            Self::Space(p) => p,
+        }
+    }
+}
+
+impl Lookup<'_> {
+    /// The coordinates s and t, of which whole periods of the pattern may be missing.
+    #[inline]
+    pub fn st(&self) -> Vec2 {
+        self.texture.st(self.at)
+    }
+
+    /// The axes of the footprint in s and t, from end to end.
+    #[inline]
+    pub fn st_axes(&self) -> [Vec2; 2] {
+        let texture = self.texture;
+        texture.mapping.footprint(self.at).map(|d| texture.transform.vector(d))
+    }
+
+    /// Whether the point has no footprint.
+    #[inline]
+    pub fn is_at_point(&self) -> bool {
+        self.at.footprint == [Vec2::ZERO; 2]
+    }
+
+    /// The coordinates without loss.
+    pub fn place(&self) -> Place {
+        let (mapping, at) = (&self.texture.mapping, self.at);
+        match mapping.solid() {
+            Some(solid) => Place::Space(solid.place(at)),
+            None => {
+                let st = mapping.st(at).as_dvec2() + mapping.origin(at).as_dvec2();
+                Place::Plane(self.texture.transform.exact(st))
+            }
+        }
+    }
+
+    /// The axes of the footprint in the coordinates of [`Lookup::place`], from end to end.
+    pub fn axes(&self) -> [Vec3; 2] {
+        if self.is_at_point() {
+            return [Vec3::ZERO; 2];
+        }
+        match self.texture.mapping.solid() {
+            Some(solid) => self.at.footprint.map(|duv| solid.step(self.at, duv)),
+            None => self.st_axes().map(|d| d.extend(0.0)),
+        }
+    }
+
+    /// The width of the footprint and its length, in the coordinates of [`Lookup::place`]; 0 for a point.
+    pub fn widths(&self) -> [f32; 2] {
+        let [a, b] = self.axes();
+        let long = a.length().max(b.length());
+        if long > 0.0 {
+            [a.cross(b).length() / long, long]
+        } else {
+            [0.0; 2]
+        }
+    }
+}

@@ -1,0 +1,78 @@
+//! Colours and numbers of materials, constant or textured.
+
+use super::TextureId;
+use crate::{
+    math::{Rgb, WorkingSpace},
+    value::Channel,
+};
+
+/// A colour of a material, constant or textured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Color {
+    Constant(Rgb),
+    Texture(TextureId),
+    /// A texture times a colour.
+    Tinted(TextureId, Rgb),
+}
+
+impl Color {
+    /// Whether it is the same everywhere.
+    pub fn is_constant(&self) -> bool {
+        matches!(self, Self::Constant(_))
+    }
+
+    /// Converts a constant or a tint from Rec. 709 to a working space; the texture converts its own colours.
+    pub fn convert(&mut self, space: WorkingSpace) {
+        match self {
+            Self::Constant(color) | Self::Tinted(_, color) => *color = space.from_rec709(*color),
+            Self::Texture(_) => {}
+        }
+    }
+}
+
+/// A scalar of a material, constant or textured.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Scalar {
+    Constant(f32),
+    /// A channel of a texture, times a number.
+    Texture(TextureId, Channel, f32),
+    /// 1 minus the channel of a texture, times a number.
+    Inverted(TextureId, Channel, f32),
+}
+
+impl Scalar {
+    /// Whether it is the same everywhere.
+    pub fn is_constant(&self) -> bool {
+        matches!(self, Self::Constant(_))
+    }
+
+    /// The texture and its channel.
+    #[inline(always)]
+    pub(super) fn texture(&self) -> Option<(TextureId, Channel)> {
+        match self {
+            Self::Constant(_) => None,
+            Self::Texture(id, channel, _) | Self::Inverted(id, channel, _) => Some((*id, *channel)),
+        }
+    }
+
+    /// The scalar where the channel of its texture is `number`.
+    #[inline(always)]
+    pub(super) fn at_number(&self, number: f32) -> f32 {
+        match self {
+            Self::Constant(v) => *v,
+            Self::Texture(.., scale) => number * scale,
+            Self::Inverted(.., scale) => 1.0 - number * scale,
+        }
+    }
+}
+
+/// A channel of a colour, which is opaque.
+#[inline(always)]
+pub(super) fn channel_of(color: Rgb, channel: Channel) -> f32 {
+    match channel {
+        Channel::R => color.r,
+        Channel::G => color.g,
+        Channel::B => color.b,
+        Channel::A => 1.0,
+    }
+}

@@ -1,0 +1,162 @@
+//! The textures of a scene.
+
+use super::{Bitmap, Color, Scalar, Texture, TextureId, TexturePoint, source::channel_of};
+use crate::{
+    math::{Rgb, Vec2},
+    value::Channel,
+};
+
+/// The textures and bitmaps of a scene, for lookups.
+#[derive(Clone, Copy, Debug)]
+pub struct Textures<'a> {
+    pub textures: &'a [Texture],
+    pub bitmaps: &'a [Bitmap],
+}
+
+impl Textures<'_> {
+    #[inline(always)]
+    pub fn color(&self, color: &Color, at: &TexturePoint) -> Rgb {
+        match color {
+            Color::Constant(c) => *c,
+            Color::Texture(id) => self.look_up(*id, at),
+            Color::Tinted(id, tint) => self.look_up(*id, at) * *tint,
+        }
+    }
+
+    /// The numbers of a source of data, which belong to no colour space.
+    pub fn data(&self, source: &Color, at: &TexturePoint) -> Rgb {
+        match source {
+            Color::Constant(c) => *c,
+            Color::Texture(id) => self.numbers(*id, at),
+            Color::Tinted(id, tint) => self.numbers(*id, at) * *tint,
+        }
+    }
+
+    /// A direction along the s and t of a source, in the frame of the surface's tangent and bitangent.
+    pub fn turned(&self, source: &Color, direction: Vec2, at: &TexturePoint) -> Vec2 {
+        let axes = match source {
+            Color::Constant(_) => None,
+            Color::Texture(id) | Color::Tinted(id, _) => self.textures[id.0 as usize].axes(at),
+        };
+        axes.map_or(direction, |[s, t]| s * direction.x + t * direction.y)
+    }
+
+    #[inline(always)]
+    pub fn scalar(&self, scalar: &Scalar, at: &TexturePoint) -> f32 {
+        match scalar {
+            Scalar::Constant(v) => *v,
+            Scalar::Texture(id, channel, _) | Scalar::Inverted(id, channel, _) => {
+                scalar.at_number(self.channel(*id, *channel, at))
+            }
+        }
+    }
+
+    /// Two scalars at a point. Channels of the same texture, which are common in models, need only one lookup.
+    #[inline]
+    pub fn pair(&self, [a, b]: [&Scalar; 2], at: &TexturePoint) -> [f32; 2] {
+        if let (Some((id, of_a)), Some((other, of_b))) = (a.texture(), b.texture())
+            && id == other
+            && ![of_a, of_b].contains(&Channel::A)
+        {
+            let color = self.numbers(id, at);
+            return [
+                a.at_number(channel_of(color, of_a)),
+                b.at_number(channel_of(color, of_b)),
+            ];
+        }
+        [self.scalar(a, at), self.scalar(b, at)]
+    }
+
+    /// Whether a scalar is known to pass `test` everywhere.
+    pub fn all(&self, scalar: &Scalar, test: &dyn Fn(f32) -> bool) -> bool {
+        match scalar.texture() {
+            None => test(scalar.at_number(0.0)),
+            Some((id, channel)) => {
+                let pattern = &self.textures[id.0 as usize].pattern;
+                pattern.all(self, channel, &|number| test(scalar.at_number(number)))
+            }
+        }
+    }
+
+    /// The size of a texel along u and along v; of a pattern without texels, a small part of the unit.
+    pub fn texel(&self, id: TextureId, at: &TexturePoint) -> Vec2 {
+        let steps = self.textures[id.0 as usize].steps_per_uv(self, at);
+        1.0 / steps.max(Vec2::ONE)
+    }
+
+    /// The largest channel of a colour over the whole surface.
+    pub fn max_value(&self, color: &Color) -> f32 {
+        let of = |id: &TextureId| {
+            let texture = &self.textures[id.0 as usize];
+            texture.colors.convert(texture.pattern.max_value(self))
+        };
+        let max_value = match color {
+            Color::Constant(c) => *c,
+            Color::Texture(id) => of(id),
+            Color::Tinted(id, tint) => of(id) * *tint,
+        };
+        max_value.max_component()
+    }
+
+    /// A bound on the largest channel of a colour over a triangle with these corners, as it is without a footprint.
+    pub fn max_within(&self, color: &Color, corners: &[TexturePoint; 3]) -> f32 {
+        let of = |id: &TextureId| self.textures[id.0 as usize].max_within(self, corners);
+        let max_value = match color {
+            Color::Constant(c) => *c,
+            Color::Texture(id) => of(id),
+            Color::Tinted(id, tint) => of(id) * *tint,
+        };
+        max_value.max_component()
+    }
+
+    fn look_up(&self, id: TextureId, at: &TexturePoint) -> Rgb {
+        self.textures[id.0 as usize].eval(self, at)
+    }
+
+    fn numbers(&self, id: TextureId, at: &TexturePoint) -> Rgb {
+        self.textures[id.0 as usize].data(self, at)
+    }
+
+    pub fn channel(&self, id: TextureId, channel: Channel, at: &TexturePoint) -> f32 {
+        match channel {
+            Channel::A => self.textures[id.0 as usize].alpha(self, at),
+            _ => channel_of(self.numbers(id, at), channel),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::{
+        math::Vec3,
+        texture::{Mapping, Pattern, constant::Constant},
+    };
+
+    #[test]
+    fn two_channels_of_one_texture_are_as_each_alone() {
+        let color = Rgb::new(0.2, 0.5, 0.7);
+        let texture = |color| Texture::new(Mapping::Uv, Pattern::Constant(Constant { color }));
+        let all = [texture(color), texture(Rgb::gray(0.9))];
+        let textures = Textures {
+            textures: &all,
+            bitmaps: &[],
+        };
+        let at = TexturePoint::new(Vec3::ZERO, Vec3::Z);
+        let [first, second] = [TextureId(0), TextureId(1)];
+        let scalars = [
+            Scalar::Constant(0.4),
+            Scalar::Texture(first, Channel::G, 0.5),
+            Scalar::Inverted(first, Channel::B, 1.0),
+            Scalar::Texture(first, Channel::A, 1.0),
+            Scalar::Texture(second, Channel::R, 2.0),
+        ];
+        for a in &scalars {
+            for b in &scalars {
+                let alone = [a, b].map(|scalar| textures.scalar(scalar, &at));
+                assert_eq!(textures.pair([a, b], &at), alone, "{a:?} {b:?}");
+            }
+        }
+        assert_eq!(textures.pair([&scalars[1], &scalars[2]], &at), [0.25, 1.0 - 0.7]);
+    }
+}
