@@ -1,11 +1,13 @@
 //! Asset files: models, images and camera paths, read and validated.
 
+mod asset_error;
 mod bare;
 pub mod camera_path;
 mod edited;
 pub mod files;
 pub mod gltf;
 mod gzip;
+pub mod ies;
 pub mod image;
 pub mod memory;
 pub mod model;
@@ -21,6 +23,7 @@ pub mod store;
 mod tangents;
 mod views;
 
+pub use asset_error::AssetError;
 pub use files::{ContentHash, Files};
 pub use memory::{MemoryBudget, MemoryKind, OverBudget};
-pub use store::{AssetError, Store};
+pub use store::Store;

@@ -250,6 +250,7 @@ fn change(entity: Entity, path: &[String]) -> Option<Change> {
     match entity {
         Entity::Material(_) if is(0, "back_faces") => Some(Change::Other),
         Entity::Material(at) => Some(Change::Material(at)),
+        Entity::Light(_) if is(1, "ies") => Some(Change::Other),
         Entity::Light(at) => Some(Change::Light(at)),
         Entity::Background if is(0, "visible") => Some(Change::BackgroundVisible),
         Entity::Background if is(1, "rotate") => Some(Change::BackgroundRotation),

@@ -206,7 +206,7 @@ fn light(scene: &Scene) -> Vec3 {
         .lights
         .all()
         .first()
-        .and_then(|l| l.sample(center, Vec2::splat(0.5)));
+        .and_then(|l| l.sample(&scene.shading.light_tables(), center, Vec2::splat(0.5)));
     match sample {
         Some(s) => center + s.wi * s.distance.min(2.0 * size),
         None => center + Vec3::new(0.3, 1.0, 0.5) * size,

@@ -12,6 +12,7 @@ use super::{
     options::LoadOptions,
     origin::SceneOrigin,
     placed::{self, LoadedModels, PlacedModel},
+    profiles::ProfileFiles,
 };
 use crate::{
     assets::{
@@ -164,13 +165,17 @@ pub fn load_moving(
     let environment = environment.filter(|_| kept.is_none());
     let has_environment = environment.is_some();
     images.extend(environment);
-    let (motion, mut bitmaps) = match (motion, store.images(&images)) {
-        (Ok(motion), Ok(bitmaps)) => (motion, bitmaps),
-        (motion, bitmaps) => {
-            let errors = motion.err().into_iter().chain(bitmaps.err()).flatten();
-            return Err(Error::Assets(errors.collect()));
+    let profiles = ProfileFiles::new(desc).load(desc.folder(), store.files());
+    let (motion, mut bitmaps, profiles) = match (motion, store.images(&images), profiles) {
+        (Ok(motion), Ok(bitmaps), Ok(profiles)) => (motion, bitmaps, profiles),
+        (motion, bitmaps, profiles) => {
+            let errors = motion.err().into_iter().chain(bitmaps.err()).chain(profiles.err());
+            return Err(Error::Assets(errors.flatten().collect()));
         }
     };
+    for profile in profiles {
+        scene.profile(profile);
+    }
     let picture = bitmaps.pop_if(|_| has_environment);
     let mut keys = Vec::new();
     for (key, bitmap) in bitmaps {
@@ -211,8 +216,10 @@ pub fn load_moving(
 
 impl Compiler<'_> {
     fn lights(&mut self) {
+        let profiles = ProfileFiles::new(self.desc);
         for entry in &self.desc.lights {
-            let Some(light) = self.record(entry.light.compile(self.origin)) else {
+            let light = profiles.find(self.origin, |find| entry.light.compile(find));
+            let Some(light) = self.record(light) else {
                 continue;
             };
             match &entry.group {

@@ -33,6 +33,7 @@ mod origin;
 mod place;
 mod placed;
 mod points;
+mod profiles;
 mod refresh;
 
 pub use bounds::visible_bounds;

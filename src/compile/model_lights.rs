@@ -34,6 +34,8 @@ pub(super) fn describe(light: &ModelLight, place: DAffine3, radius: Option<NonNe
             penumbra_angle: Some(unspanned(NonNegative((outer - inner).to_degrees() as f32))),
             intensity: Some(strength),
             power: None,
+            ies: None,
+            up: None,
             temperature: None,
             exposure: None,
             radius,

@@ -19,6 +19,7 @@ use crate::{
         store::ImageRequest,
     },
     geometry::InstanceId,
+    light::LightFind,
     material::MaterialId,
     math::{DAabb, DAffine3, Transform, origin},
     scene::{
@@ -323,10 +324,12 @@ impl ModelPlacer<'_> {
             let Some(desc) = model_lights::describe(light, place, placed.light_radius) else {
                 continue;
             };
-            let light = desc.compile(self.scene.origin()).map_err(|problem| AssetError::Light {
-                cause: problem.message,
-                path: placed.file.clone(),
-            })?;
+            let light = desc
+                .compile(&LightFind::nothing(self.scene.origin()))
+                .map_err(|problem| AssetError::Light {
+                    cause: problem.message,
+                    path: placed.file.clone(),
+                })?;
             let id = LightId(self.scene.lights().len() as u32);
             self.movables.lights.push((placed.object, number, id));
             match &placed.light_group {

@@ -23,7 +23,7 @@ use crate::{
         store::EnvironmentKey,
     },
     describe::{Part, SceneDesc},
-    light::Light,
+    light::{Light, LightFind},
     material::{Material, MaterialId},
     math::{DAffine3, Transform, Vec3, Vec4},
     scene::{LightId, MeshId, MeshPose, MeshTransform, ObjectFromGroup, ObjectId, Scene, SceneUpdate, ShadingUpdate},
@@ -256,7 +256,7 @@ impl SceneMotion {
                 let kept = self.movables.lights.iter().find(is_it);
                 match (kept, model_lights::describe(light, place, posed.placed.light_radius)) {
                     (Some((.., id)), Some(desc_of_light)) => {
-                        let mut light = desc_of_light.compile(scene.origin).ok()?;
+                        let mut light = desc_of_light.compile(&LightFind::nothing(scene.origin)).ok()?;
                         light.convert_colors(desc.render.working_space);
                         lights.push((*id, light));
                     }

@@ -228,7 +228,8 @@ pub struct MaterialEntry {
 /// emits light is found by chance only. Lights with a surface (`rect`, `disk`, `sphere`, `tube`, points and spots with a `radius`) cast
 /// soft shadows and block nothing; the camera sees them only where they say so. The `whitted` integrator samples lights differently: see its page.
 ///
-/// Light is radiometric: 1 cd is 1 W/sr and 1 lux is 1 W/m^2 per channel.
+/// Light is radiometric: 1 cd is 1 W/sr and 1 lux is 1 W/m^2 per channel. IES files of lamps are photometric, and 683 of their candela are
+/// 1 W/sr.
 ///
 /// ```toml
 /// [[light]]

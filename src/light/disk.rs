@@ -6,10 +6,12 @@
 //! | `target` | a point that it faces, `[x, y, z]` | m | this or `direction` |
 //! | `direction` | direction in which it shines, `[x, y, z]` | | this or `target` |
 //! | `radius` | number above 0 | m | required |
-//! | `power` | number or `[r, g, b]`, of all its light | W | this or `radiance` |
-//! | `radiance` | number or `[r, g, b]` | W m^-2 sr^-1 | this or `power` |
+//! | `power` | number or `[r, g, b]`, of all its light | W | this, `radiance` or `ies` |
+//! | `radiance` | number or `[r, g, b]` | W m^-2 sr^-1 | this, `power` or `ies` |
 //! | `temperature` | of a black body, which colours the light and keeps its luminance, from 500 to 100000 | K | white |
 //! | `exposure` | number of stops: the light is `2^exposure` times as strong | | 0 |
+//! | `ies` | path of an IES file, relative to the scene file: the intensity in each direction, as seen from afar | cd | none |
+//! | `up` | with `ies`, the direction in which its horizontal angle 0 lies | | `[0, 1, 0]`; for a lamp that faces up or down `[0, 0, -1]` |
 //! | `spread` | how far the light spreads from the normal, from 0 to 1: up to `spread` times 90 degrees | | 1 |
 //! | `two_sided` | whether both sides emit | | `false` |
 //! | `camera` | whether the camera sees the light | | `false` |
@@ -20,14 +22,14 @@
 //! disk = { position = [0, 3, 0], direction = [0, -1, 0], radius = 0.5, power = 40, spread = 0.5 }
 //! ```
 //!
-//! The page of [`rect`](rect.md) says how lights with a surface behave.
+//! The page of [`rect`](rect.md) says how lights with a surface behave, also with an IES file.
 
 use super::{
-    Sidedness, aim,
-    lamp::{Lamp, lamp_desc},
+    LightFind, Sidedness, aim,
+    beam::Beam,
+    lamp::{Lamp, Outlet, lamp_desc},
 };
 use crate::{
-    math::DVec3,
     shape::disk,
     value::{Direction, Point, Positive, Problem, Spanned, UnitInterval},
 };
@@ -37,26 +39,38 @@ lamp_desc! {
         pub position: Spanned<Point>,
         pub target: Option<Spanned<Point>>,
         pub direction: Option<Spanned<Direction>>,
+        pub up: Option<Direction>,
         pub radius: Positive,
-        pub spread: Option<UnitInterval>,
+        pub spread: Option<Spanned<UnitInterval>>,
+        pub ies: Option<Spanned<String>>,
         pub two_sided: Option<bool>,
     }
 }
 
 impl DiskDesc {
-    pub fn compile(&self, origin: DVec3) -> Result<Lamp, Problem> {
+    /// The file of its profile, if it has one.
+    pub fn ies(&self) -> Option<&Spanned<String>> {
+        self.ies.as_ref()
+    }
+
+    pub fn compile(&self, find: &LightFind<'_>) -> Result<Lamp, Problem> {
         let axis = aim::axis("disk", &self.position, &self.target, &self.direction)?;
         let disk = disk::DiskDesc {
             center: *self.position.get_ref(),
             normal: Direction(axis),
             radius: self.radius,
         };
-        let shape = disk.compile(origin)?.into();
+        let shape = disk.compile(find.origin)?.into();
         let sidedness = if self.two_sided == Some(true) {
             Sidedness::Both
         } else {
             Sidedness::Front
         };
-        self.glow(self.position.span()).lamp(shape, sidedness, self.spread)
+        let outlet = Outlet {
+            sidedness,
+            spread: self.spread.as_ref(),
+            beam: Some(&|scale| Beam::new(&self.ies, (axis, self.up), scale, find)),
+        };
+        self.glow(self.position.span()).lamp(shape, &outlet)
     }
 }

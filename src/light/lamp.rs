@@ -5,7 +5,10 @@
 
 use std::f32::consts::{FRAC_PI_2, PI};
 
-use super::{AreaBlock, LightBounds, LightKind, LightSample, OrientationCone, Sidedness, area};
+use super::{
+    AreaBlock, LightBounds, LightKind, LightSample, LightTables, OrientationCone, Sidedness, area,
+    beam::{Beam, BeamScale},
+};
 use crate::{
     math::{Ray, Rgb, Vec2, Vec3, WorkingSpace},
     shape::{Shape, ShapeHit},
@@ -59,6 +62,28 @@ macro_rules! lamp_desc {
 
 pub(super) use lamp_desc;
 
+/// The cosine from the normal below which the light of a file fades: within half a degree of its plane a flat surface is too narrow
+/// for the intensity of the file.
+const MIN_BEAM_COS: f32 = 0.01;
+
+/// The directions into which a surface emits.
+pub(super) struct Outlet<'a> {
+    pub sidedness: Sidedness,
+    /// The concentration about the normal.
+    pub spread: Option<&'a Spanned<UnitInterval>>,
+    /// The distribution of a file, by its scale.
+    pub beam: Option<&'a dyn Fn(BeamScale) -> Result<Option<Beam>, Problem>>,
+}
+
+impl Outlet<'_> {
+    /// Outwards, the same in all directions.
+    pub const PLAIN: Self = Self {
+        sidedness: Sidedness::Front,
+        spread: None,
+        beam: None,
+    };
+}
+
 /// The description of the light that a surface emits.
 pub(super) struct Glow<'a> {
     pub span: Span,
@@ -74,20 +99,35 @@ impl Glow<'_> {
     ///
     /// # Errors
     /// The light has no strength or two, or its temperature is out of range.
-    pub fn lamp(self, shape: Shape, sidedness: Sidedness, spread: Option<UnitInterval>) -> Result<Lamp, Problem> {
+    pub fn lamp(self, shape: Shape, outlet: &Outlet<'_>) -> Result<Lamp, Problem> {
         let factor = super::temperature::factor(self.temperature, self.exposure)?;
-        let sides = if sidedness == Sidedness::Both { 2.0 } else { 1.0 };
+        let sidedness = outlet.sidedness;
+        let (scale, sides) = match (self.power, sidedness) {
+            (None, _) => (BeamScale::File, 1.0),
+            (Some(_), Sidedness::Both) => (BeamScale::Power, 2.0),
+            (Some(_), Sidedness::Front) => (BeamScale::FrontPower, 1.0),
+        };
+        let beam = outlet.beam.map_or(Ok(None), |beam| beam(scale))?;
         let radiance = match (self.power, self.radiance) {
+            (_, Some(_)) if beam.is_some() => {
+                let message = "a light with `ies` has no `radiance`";
+                return Err(Problem::at(self.span, message).with_help("change its strength by `exposure` or `power`"));
+            }
+            (power, _) if beam.is_some() => power.map_or(Rgb::WHITE, |power| power.0) / shape.area(),
             (Some(power), None) => power.0 / (PI * shape.area() * sides),
             (None, Some(radiance)) => radiance.0,
             (None, None) => return Err(Problem::at(self.span, "give its strength by `power` or by `radiance`")),
             (Some(_), Some(_)) => return Err(Problem::at(self.span, "`power` and `radiance` are both given")),
         };
+        if let Some(spread) = outlet.spread.filter(|_| beam.is_some()) {
+            return Err(Problem::at(spread.span(), "`spread` and `ies` are both given"));
+        }
         Ok(Lamp {
             shape,
             radiance: radiance * factor,
             sidedness,
-            focus: spread.and_then(|spread| Focus::new(spread.0)),
+            focus: outlet.spread.and_then(|spread| Focus::new(spread.get_ref().0)),
+            beam,
             sight: self.sight,
         })
     }
@@ -132,17 +172,18 @@ impl Focus {
 #[derive(Clone, Copy, Debug)]
 pub struct Lamp {
     shape: Shape,
-    /// In W m^-2 sr^-1, without focus.
+    /// In W m^-2 sr^-1, without focus; with a beam the radiance by its intensity, in m^-2.
     radiance: Rgb,
     sidedness: Sidedness,
     focus: Option<Focus>,
+    beam: Option<Beam>,
     sight: Sight,
 }
 
 impl Lamp {
-    /// The radiance in the direction with this cosine from the normal, in W m^-2 sr^-1.
+    /// The radiance in the unit direction `w` with this cosine from the normal, in W m^-2 sr^-1.
     #[inline]
-    fn towards(&self, front_cos: f32) -> Rgb {
+    fn towards(&self, tables: &LightTables<'_>, front_cos: f32, w: Vec3) -> Rgb {
         let cos = if self.sidedness == Sidedness::Both {
             front_cos.abs()
         } else {
@@ -151,18 +192,43 @@ impl Lamp {
         if cos <= 0.0 {
             return Rgb::BLACK;
         }
-        self.focus
-            .map_or(self.radiance, |focus| self.radiance * focus.factor(cos))
+        match (&self.focus, &self.beam) {
+            (None, None) => self.radiance,
+            (Some(focus), _) => self.radiance * focus.factor(cos),
+            // Seen from afar the surface has the intensity of the beam.
+            (None, Some(beam)) => self.radiance * (beam.intensity(tables, w) / cos.max(MIN_BEAM_COS)),
+        }
+    }
+
+    /// The directions of the light, and the largest intensity there, of a flat surface.
+    fn flat_bounds(&self, tables: &LightTables<'_>, normal: Vec3) -> (OrientationCone, f32) {
+        let flat = OrientationCone::flat(normal, self.sidedness);
+        let Some(beam) = &self.beam else {
+            let widest = self
+                .focus
+                .map_or(0.0, |focus| 1.0 / (1.0 + focus.tan * focus.tan).sqrt());
+            let directions = OrientationCone { cos_e: widest, ..flat };
+            return (directions, self.towards(tables, 1.0, normal).mean() * self.shape.area());
+        };
+        let largest = self.radiance.mean() * self.shape.area() * beam.max_intensity(tables);
+        // One side is dark, whatever the file says.
+        let most = if self.sidedness == Sidedness::Both {
+            PI
+        } else {
+            FRAC_PI_2
+        };
+        (beam.directions(tables, most), largest)
     }
 }
 
 impl LightKind for Lamp {
     #[inline]
-    fn sample(&self, from: Vec3, u: Vec2) -> Option<LightSample> {
-        sample_surface(&self.shape, from, u, self.sight, |cos, _| self.towards(cos))
+    fn sample(&self, tables: &LightTables<'_>, from: Vec3, u: Vec2) -> Option<LightSample> {
+        let radiance = |cos, wi: Vec3| self.towards(tables, cos, -wi);
+        sample_surface(&self.shape, from, u, self.sight, radiance)
     }
 
-    fn bounds(&self) -> Option<LightBounds> {
+    fn bounds(&self, tables: &LightTables<'_>) -> Option<LightBounds> {
         let bounds = self.shape.bounds();
         let Some(normal) = self.shape.flat_normal() else {
             // The mean projected area of a convex body is a quarter of its surface (Cauchy).
@@ -172,16 +238,11 @@ impl LightKind for Lamp {
                 power: self.radiance.mean() * self.shape.area() * 0.25,
             });
         };
-        let widest = self
-            .focus
-            .map_or(0.0, |focus| 1.0 / (1.0 + focus.tan * focus.tan).sqrt());
+        let (directions, power) = self.flat_bounds(tables, normal);
         Some(LightBounds {
             bounds,
-            directions: OrientationCone {
-                cos_e: widest,
-                ..OrientationCone::flat(normal, self.sidedness)
-            },
-            power: self.towards(1.0).mean() * self.shape.area(),
+            directions,
+            power,
         })
     }
 
@@ -206,13 +267,13 @@ impl LightKind for Lamp {
     }
 
     #[inline]
-    fn seen(&self, from: Vec3, w: Vec3, hit: &ShapeHit) -> (Rgb, f32) {
-        see_surface(&self.shape, from, w, hit, |cos| self.towards(cos))
+    fn seen(&self, tables: &LightTables<'_>, from: Vec3, w: Vec3, hit: &ShapeHit) -> (Rgb, f32) {
+        see_surface(&self.shape, from, w, hit, |cos| self.towards(tables, cos, -w))
     }
 
     #[inline]
     fn put_in_block(&self, lane: usize, block: &mut AreaBlock) -> bool {
-        let is_plain = self.focus.is_none() && self.sight.reflections;
+        let is_plain = self.focus.is_none() && self.beam.is_none() && self.sight.reflections;
         block.set_emission(lane, self.radiance, self.sidedness);
         is_plain && self.shape.put_in_block(lane, &mut block.points)
     }

@@ -1,20 +1,22 @@
 //! Analytic lights, area lights and environments.
 //!
-//! 1 cd is 1 W/sr and 1 lux is 1 W/m^2 per channel: no luminous efficacy is applied.
+//! 1 cd is 1 W/sr and 1 lux is 1 W/m^2 per channel: no luminous efficacy is applied,
+//! but to IES files.
 
 use serde::Deserialize;
 
 use crate::{
     kind::kinds,
-    math::{Aabb, DVec3, Rgb, Vec2, Vec3, WorkingSpace},
+    math::{Aabb, Rgb, Vec2, Vec3, WorkingSpace},
     shape::{Shape, ShapeHit},
-    value::Problem,
+    value::{Problem, Spanned},
 };
 
 mod aim;
 pub mod area;
 mod area_block;
 mod ball;
+mod beam;
 pub mod bounds;
 pub mod disk;
 pub mod environment;
@@ -22,11 +24,13 @@ pub mod gradient;
 pub mod lamp;
 mod light_block;
 pub mod point;
+pub mod profile;
 pub mod rect;
 pub mod sky;
 pub mod sphere;
 pub mod spot;
 pub mod sun;
+mod tables;
 mod temperature;
 pub mod tree;
 pub mod tube;
@@ -36,6 +40,8 @@ pub use area_block::AreaBlock;
 pub use bounds::{LightBounds, OrientationCone};
 pub use lamp::Sight;
 pub use light_block::LightBlock;
+pub use profile::{Profile, ProfileId};
+pub use tables::{LightFind, LightTables};
 
 /// Light that arrives at a point from one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -53,11 +59,11 @@ pub struct LightSample {
 /// The contract of every light.
 pub trait LightKind {
     /// Samples a direction from which light arrives at `from`, by two uniform numbers in `[0, 1)`;
-    /// `None` if no light arrives.
-    fn sample(&self, from: Vec3, u: Vec2) -> Option<LightSample>;
+    /// `None` if no light arrives. `tables` are those of the scene.
+    fn sample(&self, tables: &LightTables<'_>, from: Vec3, u: Vec2) -> Option<LightSample>;
 
     /// The bounds of the light; `None` if its irradiance does not decrease with distance.
-    fn bounds(&self) -> Option<LightBounds>;
+    fn bounds(&self, tables: &LightTables<'_>) -> Option<LightBounds>;
 
     /// Whether the light can illuminate a surface at `p` with the unit normal `n` (zero: any
     /// normal) if it is not occluded.
@@ -81,7 +87,7 @@ pub trait LightKind {
 
     /// The radiance, in W m^-2 sr^-1, that arrives at `from` along the ray of the unit direction `w` that has this hit on the
     /// surface, and the density with which [`LightKind::sample`] samples `w`, in sr^-1.
-    fn seen(&self, _from: Vec3, _w: Vec3, _hit: &ShapeHit) -> (Rgb, f32) {
+    fn seen(&self, _tables: &LightTables<'_>, _from: Vec3, _w: Vec3, _hit: &ShapeHit) -> (Rgb, f32) {
         (Rgb::BLACK, 0.0)
     }
 
@@ -114,15 +120,19 @@ kinds! {
         "tube" => Tube(lamp::Lamp, tube::TubeDesc),
     }
     described only {}
-    compiled by fn compile(&self, origin: DVec3) -> Result<Light, Problem>;
+    compiled by fn compile(&self, find: &LightFind<'_>) -> Result<Light, Problem>;
+    described by {
+        /// The file of its profile, if it has one.
+        fn ies(&self) -> Option<&Spanned<String>>;
+    }
     changed by {
         /// See [`LightKind::convert_colors`].
         fn convert_colors(&mut self, space: WorkingSpace);
     }
     /// See [`LightKind::sample`].
-    fn sample(&self, from: Vec3, u: Vec2) -> Option<LightSample>;
+    fn sample(&self, tables: &LightTables<'_>, from: Vec3, u: Vec2) -> Option<LightSample>;
     /// See [`LightKind::bounds`].
-    fn bounds(&self) -> Option<LightBounds>;
+    fn bounds(&self, tables: &LightTables<'_>) -> Option<LightBounds>;
     /// See [`LightKind::reaches`].
     fn reaches(&self, p: Vec3, n: Vec3) -> bool;
     /// See [`LightKind::strength`].
@@ -132,7 +142,7 @@ kinds! {
     /// See [`LightKind::surface`].
     fn surface(&self) -> Option<(Shape, Sight)>;
     /// See [`LightKind::seen`].
-    fn seen(&self, from: Vec3, w: Vec3, hit: &ShapeHit) -> (Rgb, f32);
+    fn seen(&self, tables: &LightTables<'_>, from: Vec3, w: Vec3, hit: &ShapeHit) -> (Rgb, f32);
     /// See [`LightKind::put_in_block`].
     fn put_in_block(&self, lane: usize, block: &mut AreaBlock) -> bool;
     /// See [`LightKind::radiance_towards`].

@@ -7,10 +7,11 @@
 //! | `direction` | direction in which it shines, `[x, y, z]` | | this or `target` |
 //! | `up` | direction of its height | | `[0, 1, 0]` |
 //! | `size` | `[width, height]` | m | required |
-//! | `power` | number or `[r, g, b]`, of all its light | W | this or `radiance` |
-//! | `radiance` | number or `[r, g, b]` | W m^-2 sr^-1 | this or `power` |
+//! | `power` | number or `[r, g, b]`, of all its light | W | this, `radiance` or `ies` |
+//! | `radiance` | number or `[r, g, b]` | W m^-2 sr^-1 | this, `power` or `ies` |
 //! | `temperature` | of a black body, which colours the light and keeps its luminance, from 500 to 100000 | K | white |
 //! | `exposure` | number of stops: the light is `2^exposure` times as strong | | 0 |
+//! | `ies` | path of an IES file, relative to the scene file: the intensity in each direction, as seen from afar, see below | cd | none |
 //! | `spread` | how far the light spreads from the normal, from 0 to 1: up to `spread` times 90 degrees | | 1 |
 //! | `two_sided` | whether both sides emit | | `false` |
 //! | `camera` | whether the camera sees the light | | `false` |
@@ -28,14 +29,19 @@
 //! With a `spread` below 1 the light is concentrated as the grid of a soft box does, and its power stays the same. With
 //! `reflections = false` only light sampling finds the light: mirrors and clear glass do not show it, and rough surfaces have more noise.
 //!
+//! With `ies` the light has the intensities of an IES file as seen from afar: the radiance in a direction is the intensity by the area that
+//! is seen from there. The page of [`point`](point.md#ies-files) tells how the file is turned and which unit it has. Light that the file
+//! sends backwards needs `two_sided = true`, else it is left out; `power` is that of the light which leaves the surface. Within half a degree
+//! of the plane of the surface the light fades. `radiance` and `spread` cannot be given.
+//!
 //! Source of the spread: the light that passes the cells of a grid as deep as its cells are wide divided by the tangent of the largest angle.
 
 use super::{
-    Sidedness, aim,
-    lamp::{Lamp, lamp_desc},
+    LightFind, Sidedness, aim,
+    beam::Beam,
+    lamp::{Lamp, Outlet, lamp_desc},
 };
 use crate::{
-    math::DVec3,
     shape::quad::QuadDesc,
     value::{Direction, List, Point, Positive, Problem, Spanned, UnitInterval},
 };
@@ -47,13 +53,19 @@ lamp_desc! {
         pub direction: Option<Spanned<Direction>>,
         pub up: Option<Direction>,
         pub size: List<Positive, 2>,
-        pub spread: Option<UnitInterval>,
+        pub spread: Option<Spanned<UnitInterval>>,
+        pub ies: Option<Spanned<String>>,
         pub two_sided: Option<bool>,
     }
 }
 
 impl RectDesc {
-    pub fn compile(&self, origin: DVec3) -> Result<Lamp, Problem> {
+    /// The file of its profile, if it has one.
+    pub fn ies(&self) -> Option<&Spanned<String>> {
+        self.ies.as_ref()
+    }
+
+    pub fn compile(&self, find: &LightFind<'_>) -> Result<Lamp, Problem> {
         let axis = aim::axis("rect", &self.position, &self.target, &self.direction)?;
         let [right, up] = aim::across(axis, self.up);
         let [right, up] = [
@@ -66,12 +78,17 @@ impl RectDesc {
         let quad = QuadDesc {
             corners: Spanned::new(self.position.span(), List(corners)),
         };
-        let shape = quad.compile(origin)?.into();
+        let shape = quad.compile(find.origin)?.into();
         let sidedness = if self.two_sided == Some(true) {
             Sidedness::Both
         } else {
             Sidedness::Front
         };
-        self.glow(self.position.span()).lamp(shape, sidedness, self.spread)
+        let outlet = Outlet {
+            sidedness,
+            spread: self.spread.as_ref(),
+            beam: Some(&|scale| Beam::new(&self.ies, (axis, self.up), scale, find)),
+        };
+        self.glow(self.position.span()).lamp(shape, &outlet)
     }
 }

@@ -19,11 +19,10 @@
 //! It shines outwards. The page of [`rect`](rect.md) says how lights with a surface behave.
 
 use super::{
-    Sidedness,
-    lamp::{Lamp, lamp_desc},
+    LightFind,
+    lamp::{Lamp, Outlet, lamp_desc},
 };
 use crate::{
-    math::DVec3,
     shape::sphere,
     value::{Point, Positive, Problem, Spanned},
 };
@@ -36,12 +35,17 @@ lamp_desc! {
 }
 
 impl SphereDesc {
-    pub fn compile(&self, origin: DVec3) -> Result<Lamp, Problem> {
+    /// It has no file.
+    pub fn ies(&self) -> Option<&Spanned<String>> {
+        None
+    }
+
+    pub fn compile(&self, find: &LightFind<'_>) -> Result<Lamp, Problem> {
         let sphere = sphere::SphereDesc {
             center: *self.position.get_ref(),
             radius: self.radius,
         };
-        let shape = sphere.compile(origin)?.into();
-        self.glow(self.position.span()).lamp(shape, Sidedness::Front, None)
+        let shape = sphere.compile(find.origin)?.into();
+        self.glow(self.position.span()).lamp(shape, &Outlet::PLAIN)
     }
 }

@@ -7,8 +7,10 @@
 //! | `direction` | direction of the axis, `[x, y, z]` | | this or `target` |
 //! | `cone_angle` | angle from the axis to the edge of the cone, above 0 and at most 180 | degrees | required |
 //! | `penumbra_angle` | width of the soft edge inside the cone, from 0 to `cone_angle` | degrees | 0 |
-//! | `intensity` | number or `[r, g, b]`, along the axis | W sr^-1 | this or `power` |
+//! | `intensity` | number or `[r, g, b]`, along the axis; with `ies` a factor of the file's intensities | W sr^-1 | this or `power`; 1 with `ies` |
 //! | `power` | number or `[r, g, b]`, 4 pi times the `intensity`: the light that it would give without its cone | W | this or `intensity` |
+//! | `ies` | path of an IES file, relative to the scene file: the intensity in each direction | cd | none |
+//! | `up` | with `ies`, the direction in which its horizontal angle 0 lies | | `[0, 1, 0]`; for a lamp that faces up or down `[0, 0, -1]` |
 //! | `temperature` | of a black body, which colours the light and keeps its luminance, from 500 to 100000 | K | white |
 //! | `exposure` | number of stops: the light is `2^exposure` times as strong | | 0 |
 //! | `radius` | of the ball that shines, at least 0 | m | 0 |
@@ -22,7 +24,7 @@
 //! ```
 //!
 //! Blender's spots of as many watts of `power` give the same picture. With a `radius` shadows are soft, and the light behaves as
-//! [`sphere`](sphere.md).
+//! [`sphere`](sphere.md). With `ies` the cone cuts off the light of the file; the page of [`point`](point.md) says the rest.
 //!
 //! Within `cone_angle - penumbra_angle` of the axis the intensity is full. From there to `cone_angle` it falls by a
 //! smoothstep over the cosine, as in Pharr, Jakob, Humphreys, "Physically Based Rendering", 4th ed., section 12.2.1.
@@ -30,11 +32,11 @@
 use serde::Deserialize;
 
 use super::{
-    Falloff, LightBounds, LightKind, LightSample, OrientationCone, Sidedness, Sight, aim,
+    Falloff, LightBounds, LightFind, LightKind, LightSample, LightTables, OrientationCone, Sidedness, Sight, aim,
     point::{PointDesc, PointLight},
 };
 use crate::{
-    math::{DVec3, Rgb, Vec2, Vec3, WorkingSpace, trig},
+    math::{Rgb, Vec2, Vec3, WorkingSpace, trig},
     shape::{Shape, ShapeHit},
     value::{Direction, Finite, NonNegative, Point, Positive, Problem, RgbFactor, Spanned},
 };
@@ -50,6 +52,8 @@ pub struct SpotDesc {
     pub penumbra_angle: Option<Spanned<NonNegative>>,
     pub intensity: Option<RgbFactor>,
     pub power: Option<RgbFactor>,
+    pub ies: Option<Spanned<String>>,
+    pub up: Option<Spanned<Direction>>,
     pub temperature: Option<Spanned<Positive>>,
     pub exposure: Option<Finite>,
     pub radius: Option<Spanned<NonNegative>>,
@@ -67,6 +71,10 @@ impl SpotDesc {
             position: self.position.clone(),
             intensity: self.intensity,
             power: self.power,
+            ies: self.ies.clone(),
+            target: self.target.clone().filter(|_| self.ies.is_some()),
+            direction: self.direction.clone().filter(|_| self.ies.is_some()),
+            up: self.up.clone(),
             temperature: self.temperature.clone(),
             exposure: self.exposure,
             radius: self.radius.clone(),
@@ -76,7 +84,12 @@ impl SpotDesc {
         }
     }
 
-    pub fn compile(&self, origin: DVec3) -> Result<SpotLight, Problem> {
+    /// The file of its profile, if it has one.
+    pub fn ies(&self) -> Option<&Spanned<String>> {
+        self.ies.as_ref()
+    }
+
+    pub fn compile(&self, find: &LightFind<'_>) -> Result<SpotLight, Problem> {
         let axis = aim::axis("spot", &self.position, &self.target, &self.direction)?;
         let cone = self.cone_angle.get_ref().0;
         if cone > 180.0 {
@@ -89,7 +102,7 @@ impl SpotDesc {
             return Err(Problem::at(p.span(), message));
         }
         Ok(SpotLight {
-            point: self.point().compile(origin)?,
+            point: self.point().compile(find)?,
             axis,
             cos_outer: trig::cos(trig::radians(cone)),
             cos_inner: trig::cos(trig::radians(cone - penumbra)),
@@ -123,19 +136,27 @@ impl SpotLight {
 
 impl LightKind for SpotLight {
     #[inline]
-    fn sample(&self, from: Vec3, u: Vec2) -> Option<LightSample> {
-        self.point.sample_by(from, u, |w| self.profile(w.dot(self.axis)))
+    fn sample(&self, tables: &LightTables<'_>, from: Vec3, u: Vec2) -> Option<LightSample> {
+        self.point
+            .sample_by(tables, from, u, |w| self.profile(w.dot(self.axis)))
     }
 
-    fn bounds(&self) -> Option<LightBounds> {
+    fn bounds(&self, tables: &LightTables<'_>) -> Option<LightBounds> {
+        let outer = trig::acos(self.cos_outer);
+        if let Some(beam) = self.point.beam {
+            return self.point.bounds_within(tables, beam.directions(tables, outer));
+        }
         // The inner cone bounds the normals, the outer one the emission.
-        let penumbra = trig::acos(self.cos_outer) - trig::acos(self.cos_inner);
-        self.point.bounds_within(OrientationCone {
-            axis: self.axis,
-            cos_o: self.cos_inner,
-            cos_e: trig::cos(penumbra),
-            sidedness: Sidedness::Front,
-        })
+        let penumbra = outer - trig::acos(self.cos_inner);
+        self.point.bounds_within(
+            tables,
+            OrientationCone {
+                axis: self.axis,
+                cos_o: self.cos_inner,
+                cos_e: trig::cos(penumbra),
+                sidedness: Sidedness::Front,
+            },
+        )
     }
 
     fn reaches(&self, p: Vec3, n: Vec3) -> bool {
@@ -158,8 +179,8 @@ impl LightKind for SpotLight {
         self.point.surface()
     }
 
-    fn seen(&self, from: Vec3, w: Vec3, hit: &ShapeHit) -> (Rgb, f32) {
-        let (l, pdf) = self.point.seen(from, w, hit);
+    fn seen(&self, tables: &LightTables<'_>, from: Vec3, w: Vec3, hit: &ShapeHit) -> (Rgb, f32) {
+        let (l, pdf) = self.point.seen(tables, from, w, hit);
         (l * self.profile(-w.dot(self.axis)), pdf)
     }
 }
@@ -167,11 +188,12 @@ impl LightKind for SpotLight {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::math::DVec3;
 
     fn spot(keys: &str) -> Result<SpotLight, String> {
         let text = format!("position = [0, 1, 0]\nintensity = 4\n{keys}");
         let desc: SpotDesc = toml::from_str(&text).map_err(|e| e.message().to_owned())?;
-        desc.compile(DVec3::ZERO).map_err(|p| p.message)
+        desc.compile(&LightFind::nothing(DVec3::ZERO)).map_err(|p| p.message)
     }
 
     #[test]
@@ -179,14 +201,15 @@ mod tests {
         let s = spot("target = [0, 0, 0]\ncone_angle = 45\npenumbra_angle = 15").expect("valid");
         let at = |degrees: f32| {
             let x = trig::tan(trig::radians(degrees));
-            s.sample(Vec3::new(x, 0.0, 0.0), Vec2::ZERO)
+            s.sample(&LightTables::default(), Vec3::new(x, 0.0, 0.0), Vec2::ZERO)
                 .map_or(0.0, |l| l.li.r * l.distance * l.distance)
         };
         assert!((at(0.0) - 4.0).abs() < 1e-5);
         assert!((at(29.9) - 4.0).abs() < 1e-4);
         assert!(at(38.0) > 0.5 && at(38.0) < 3.5);
         assert_eq!(at(45.1), 0.0);
-        assert!(s.sample(Vec3::new(0.0, 2.0, 0.0), Vec2::ZERO).is_none());
+        let above = Vec3::new(0.0, 2.0, 0.0);
+        assert!(s.sample(&LightTables::default(), above, Vec2::ZERO).is_none());
     }
 
     #[test]

@@ -25,9 +25,9 @@ use std::f32::consts::{PI, TAU};
 
 use serde::Deserialize;
 
-use super::{Light, LightBounds, LightKind, LightSample, temperature};
+use super::{Light, LightBounds, LightFind, LightKind, LightSample, LightTables, temperature};
 use crate::{
-    math::{DVec3, Frame, Rgb, Vec2, Vec3, WorkingSpace, trig},
+    math::{Frame, Rgb, Vec2, Vec3, WorkingSpace, trig},
     value::{Direction, Finite, NonNegative, Positive, Problem, RgbFactor, Spanned},
 };
 
@@ -47,7 +47,12 @@ pub struct SunDesc {
 }
 
 impl SunDesc {
-    pub fn compile(&self, _origin: DVec3) -> Result<SunLight, Problem> {
+    /// It has no file.
+    pub fn ies(&self) -> Option<&Spanned<String>> {
+        None
+    }
+
+    pub fn compile(&self, _find: &LightFind<'_>) -> Result<SunLight, Problem> {
         let angle = self.angle.as_ref().map_or(0.0, |a| a.get_ref().0);
         if let Some(given) = self.angle.as_ref().filter(|_| angle > 90.0) {
             let message = format!("expected an angle of at most 90, found {angle}");
@@ -135,7 +140,7 @@ impl SunLight {
 
 impl LightKind for SunLight {
     #[inline]
-    fn sample(&self, _from: Vec3, u: Vec2) -> Option<LightSample> {
+    fn sample(&self, _tables: &LightTables<'_>, _from: Vec3, u: Vec2) -> Option<LightSample> {
         if self.irradiance.is_black() {
             return None;
         }
@@ -159,7 +164,7 @@ impl LightKind for SunLight {
         })
     }
 
-    fn bounds(&self) -> Option<LightBounds> {
+    fn bounds(&self, _tables: &LightTables<'_>) -> Option<LightBounds> {
         None
     }
 
@@ -208,7 +213,7 @@ mod tests {
             let (n, mut irradiance) = (64, 0.0);
             for i in 0..n * n {
                 let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
-                let s = sun.sample(Vec3::ZERO, u).expect("it shines");
+                let s = sun.sample(&LightTables::default(), Vec3::ZERO, u).expect("it shines");
                 let pdf = s.pdf.expect("it has size");
                 assert_eq!(sun.radiance_towards(s.wi), Some((s.li, pdf)), "{degrees}");
                 irradiance += f64::from(s.li.r * -s.wi.dot(sun.direction) / pdf);
@@ -225,7 +230,7 @@ mod tests {
             let (n, mut irradiance) = (200, 0.0);
             for i in 0..n * n {
                 let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
-                let s = sun.sample(Vec3::ZERO, u).expect("it shines");
+                let s = sun.sample(&LightTables::default(), Vec3::ZERO, u).expect("it shines");
                 irradiance += f64::from(s.li.r * -s.wi.dot(sun.direction) / s.pdf.expect("it has size"));
             }
             let mean = irradiance / f64::from(n * n);

@@ -19,11 +19,10 @@
 //! It shines outwards. The page of [`rect`](rect.md) says how lights with a surface behave.
 
 use super::{
-    Sidedness,
-    lamp::{Lamp, lamp_desc},
+    LightFind,
+    lamp::{Lamp, Outlet, lamp_desc},
 };
 use crate::{
-    math::DVec3,
     shape::cylinder::Cylinder,
     value::{Point, Positive, Problem, Spanned},
 };
@@ -37,7 +36,12 @@ lamp_desc! {
 }
 
 impl TubeDesc {
-    pub fn compile(&self, origin: DVec3) -> Result<Lamp, Problem> {
+    /// It has no file.
+    pub fn ies(&self) -> Option<&Spanned<String>> {
+        None
+    }
+
+    pub fn compile(&self, find: &LightFind<'_>) -> Result<Lamp, Problem> {
         let (from, to) = (*self.from.get_ref(), *self.to.get_ref());
         let along = to.0 - from.0;
         let (Some(axis), length) = (along.try_normalize(), along.length() as f32) else {
@@ -46,7 +50,7 @@ impl TubeDesc {
         if length <= 0.0 {
             return Err(Problem::at(self.to.span(), "`to` lies at `from`"));
         }
-        let wall = Cylinder::wall(from.relative_to(origin), axis.as_vec3(), length, self.radius.0);
-        self.glow(self.from.span()).lamp(wall.into(), Sidedness::Front, None)
+        let wall = Cylinder::wall(from.relative_to(find.origin), axis.as_vec3(), length, self.radius.0);
+        self.glow(self.from.span()).lamp(wall.into(), &Outlet::PLAIN)
     }
 }

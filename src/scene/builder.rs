@@ -1,19 +1,20 @@
 //! Assembly of a [`Scene`], piece by piece: by `compile` from a description, by programs in code.
 
 mod colors;
+mod lights;
 mod settings;
 
 use std::sync::Arc;
 
 use super::{
-    Background, InstanceRecord, LightGroups, LightId, LightLinks, LightOrigin, LightSetId, MaterialBackFaces,
-    MeshRecord, NodeId, NodeName, Object, ObjectFromGroup, ObjectId, ObjectRole, RayVisibility, Scene, SceneBuildError,
-    SceneGeometry, SceneShading, back_faces::UsedBackFaces, contacts::Contacts, mesh_transform::MeshTransform,
+    Background, InstanceRecord, LightGroups, LightLinks, LightSetId, MaterialBackFaces, MeshRecord, NodeId, NodeName,
+    Object, ObjectFromGroup, ObjectId, ObjectRole, RayVisibility, Scene, SceneBuildError, SceneGeometry, SceneShading,
+    back_faces::UsedBackFaces, contacts::Contacts, mesh_transform::MeshTransform,
 };
 use crate::{
     accel::{self, BuildOptions},
     geometry::{BuildError, Geometry, GroupInstance, MeshGroup, PlacedShape, check},
-    light::Light,
+    light::{Light, Profile},
     material::{Material, MaterialId},
     math::{DVec3, Runs, Transform, Vec4},
     shape::{
@@ -64,6 +65,7 @@ pub struct SceneBuilder {
     textures: Vec<Texture>,
     bitmaps: Vec<Bitmap>,
     lights: Vec<Light>,
+    profiles: Vec<Profile>,
     light_groups: LightGroups,
     light_links: LightLinks,
     background: Background,
@@ -90,6 +92,7 @@ impl SceneBuilder {
             textures: Vec::new(),
             bitmaps: Vec::new(),
             lights: Vec::new(),
+            profiles: Vec::new(),
             light_groups: LightGroups::default(),
             light_links: LightLinks::default(),
             background,
@@ -132,37 +135,6 @@ impl SceneBuilder {
         self.materials.push(material);
         self.material_names.push(name.to_owned());
         MaterialId(self.materials.len() as u32 - 1)
-    }
-
-    pub fn light(&mut self, light: Light) {
-        self.lights.push(light);
-    }
-
-    /// Adds a light to a light group.
-    pub fn grouped_light(&mut self, light: Light, group: &str) {
-        let group = self.light_groups.named(group);
-        self.light_groups.set_light(self.lights.len(), group);
-        self.light(light);
-    }
-
-    /// Puts the light that an object emits into a light group.
-    pub fn set_object_light_group(&mut self, object: ObjectId, group: &str) {
-        let group = self.light_groups.named(group);
-        self.light_groups.set_object(object, group);
-    }
-
-    /// Puts the light of the background into a light group.
-    pub fn set_background_light_group(&mut self, group: &str) {
-        let group = self.light_groups.named(group);
-        self.light_groups.set_background(group);
-    }
-
-    /// Adds a light that is part of the background: it is in its light group, and lights the same objects.
-    pub fn background_light(&mut self, light: Light) {
-        let at = self.lights.len();
-        self.light_groups.set_light(at, self.light_groups.of_background());
-        self.light_links.set_owner(LightId(at as u32), LightOrigin::Background);
-        self.light(light);
     }
 
     /// Adds an object that is a shape.
@@ -427,11 +399,6 @@ impl SceneBuilder {
         self.textures.len()
     }
 
-    /// The analytic lights so far.
-    pub fn lights(&self) -> &[Light] {
-        &self.lights
-    }
-
     /// Builds the acceleration structure and the tables of lights, on the threads of the current rayon pool.
     ///
     /// # Errors
@@ -466,7 +433,8 @@ impl SceneBuilder {
         let mut shading = SceneShading::new(
             (self.material_names, self.materials),
             (self.textures, self.bitmaps),
-            (self.lights, self.light_groups, self.light_links),
+            (self.lights, self.profiles),
+            (self.light_groups, self.light_links),
             self.background,
         );
         shading.back_faces = self.back_faces;

@@ -9,7 +9,7 @@ use super::{
 use crate::{
     accel::Accelerator,
     geometry::PrimId,
-    light::Light,
+    light::{Light, LightTables, Profile},
     material::{Material, MaterialId},
     math::{Runs, Transform, Vec4},
     texture::{Bitmap, StTransform, Texture, TextureId, TexturePoint, Textures},
@@ -70,6 +70,8 @@ pub struct SceneShading {
     pub bitmaps: Vec<Bitmap>,
     /// The analytic lights, in the order of the scene file.
     pub lights: Arc<[Light]>,
+    /// The profiles that lights refer to.
+    pub profiles: Vec<Profile>,
     pub light_groups: LightGroups,
     pub light_links: LightLinks,
     pub background: Background,
@@ -104,12 +106,13 @@ impl ShadingUpdate {
 }
 
 impl SceneShading {
-    /// Makes the shading of these materials, each with its name, and of these analytic lights with the groups of all lights and the sets that light
-    /// objects.
+    /// Makes the shading of these materials, each with its name, and of these analytic lights with their profiles, the groups of all lights
+    /// and the sets that light objects.
     pub fn new(
         (material_names, materials): (Vec<String>, Vec<Material>),
         (textures, bitmaps): (Vec<Texture>, Vec<Bitmap>),
-        (lights, light_groups, light_links): (Vec<Light>, LightGroups, LightLinks),
+        (lights, profiles): (Vec<Light>, Vec<Profile>),
+        (light_groups, light_links): (LightGroups, LightLinks),
         background: Background,
     ) -> Self {
         let mut shading = Self {
@@ -125,6 +128,7 @@ impl SceneShading {
             textures,
             bitmaps,
             lights: lights.into(),
+            profiles,
             light_groups,
             light_links,
             background,
@@ -186,6 +190,14 @@ impl SceneShading {
         Textures {
             textures: &self.textures,
             bitmaps: &self.bitmaps,
+        }
+    }
+
+    /// The tables that analytic lights refer to.
+    #[inline(always)]
+    pub fn light_tables(&self) -> LightTables<'_> {
+        LightTables {
+            profiles: &self.profiles,
         }
     }
 

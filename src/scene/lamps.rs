@@ -4,7 +4,7 @@
 
 use super::LightId;
 use crate::{
-    light::{Light, Sight},
+    light::{Light, LightTables, Sight},
     math::{
         Aabb, Ray, Rgb,
         block::{Each, LANES},
@@ -106,8 +106,13 @@ impl Lamps {
         self.all.is_empty()
     }
 
-    /// The lamps among `lights` that `ray`, whose direction is unit, meets, in the order of the lights.
-    pub fn along(&self, lights: &[Light], ray: Ray, is_from_camera: bool) -> impl Iterator<Item = LampHit> {
+    /// The lamps among these lights that `ray`, whose direction is unit, meets, in the order of the lights.
+    pub fn along(
+        &self,
+        (lights, tables): (&[Light], LightTables<'_>),
+        ray: Ray,
+        is_from_camera: bool,
+    ) -> impl Iterator<Item = LampHit> {
         let blocks = self.boxes.iter().zip(self.all.chunks(LANES));
         let met = blocks.flat_map(move |(boxes, lamps)| {
             let met = boxes.met(&ray);
@@ -117,7 +122,7 @@ impl Lamps {
             let Sight { camera, reflections } = lamp.sight;
             let is_seen = if is_from_camera { camera } else { reflections };
             let hit: ShapeHit = is_seen.then(|| lamp.shape.intersect(&ray)).flatten()?;
-            let (radiance, pdf) = lights[lamp.light.0 as usize].seen(ray.o, ray.d, &hit);
+            let (radiance, pdf) = lights[lamp.light.0 as usize].seen(&tables, ray.o, ray.d, &hit);
             (!radiance.is_black()).then_some(LampHit {
                 light: lamp.light,
                 t: hit.t,

@@ -115,21 +115,22 @@ pub struct Lights {
 impl Lights {
     /// Collects the analytic lights, the surfaces that emit, and the background.
     pub fn new(geometry: &SceneGeometry, shading: &SceneShading) -> Self {
-        let all = Arc::clone(&shading.lights);
+        let (all, tables) = (Arc::clone(&shading.lights), shading.light_tables());
         let emitters = Emitters::collect(geometry, shading);
         let bounds = emitters.bounds(geometry, shading);
         let radiance = &shading.background.radiance;
         let (mut points, mut point_bounds, mut infinite, mut suns) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
         for (light, id) in all.iter().zip((0..).map(LightId)) {
-            match light.bounds() {
+            let bounds = light.bounds(&tables);
+            if light.has_size() && bounds.is_none() {
+                suns.push(id);
+            }
+            match bounds {
                 Some(bounds) => {
                     points.push(id);
                     point_bounds.push(bounds);
                 }
                 None => infinite.push(id),
-            }
-            if light.has_size() && light.bounds().is_none() {
-                suns.push(id);
             }
         }
         let background = LightId(all.len() as u32 + emitters.count());

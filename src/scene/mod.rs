@@ -252,7 +252,7 @@ impl Scene {
     #[inline]
     pub fn sample_light(&self, light: LightId, from: Vec3, u: Vec2) -> Option<LightSample> {
         match self.lights.source(light) {
-            LightSource::Analytic(own) => own.sample(from, u),
+            LightSource::Analytic(own) => own.sample(&self.shading.light_tables(), from, u),
             LightSource::Emitter(emitter) => self.sample_emitter(emitter, from, u),
             LightSource::Background => self.shading.background.radiance.sample(self.geometry.accel.simd(), u),
         }
@@ -279,7 +279,10 @@ impl Scene {
     /// for another one.
     pub fn lamps_along(&self, ray: &Ray, end: f32, is_from_camera: bool) -> impl Iterator<Item = LampHit> {
         let ray = Ray { tmax: end, ..*ray };
-        self.lights.lamps().along(self.lights.all(), ray, is_from_camera)
+        let tables = self.shading.light_tables();
+        self.lights
+            .lamps()
+            .along((self.lights.all(), tables), ray, is_from_camera)
     }
 
     /// The density, in sr^-1, with which light sampling at `at` samples the unit direction `w`, along which a ray from `at`

@@ -40,11 +40,43 @@ LIGHTS = {
         "spot = { position = [2, 4, 2], target = [0, 0.5, 0], cone_angle = 30, power = 400, radius = 0.3 }",
         ("SPOT", (2, 4, 2), (0, 0.5, 0), {"energy": 400, "shadow_soft_size": 0.3, "spot_size": math.radians(60), "spot_blend": 0, "use_soft_falloff": False}),
     ),
+    # Cycles takes 177.83 lm/W, its horizontal angle 0 lies below, and its angles grow clockwise.
+    "ies": (
+        f"point = {{ position = [-2, 4, 1], target = [0, 0.3, 0], ies = 'lamp.ies', up = [0, -1, 0], intensity = {683 / 177.83} }}",
+        ("POINT", (-2, 4, 1), (0, 0.3, 0), {"energy": 1, "shadow_soft_size": 0, "use_soft_falloff": False}),
+    ),
     "sun": (
         "sun = { direction = [-1, -2, -1], irradiance = 3, angle = 5 }",
         ("SUN", (1, 2, 1), (0, 0, 0), {"energy": 3, "angle": math.radians(5)}),
     ),
 }
+
+
+def write_lamp(path, side):
+    """Writes an IES file of a lamp without any symmetry, which shines a little upwards as well; -1 as `side` mirrors it."""
+    vertical, horizontal = [2.5 * i for i in range(73)], [15 * i for i in range(25)]
+
+    def candela(v, h):
+        a, b = math.radians(v), math.radians(h * side)
+        beam = 1200 * max(math.cos(a), 0) ** 2 * (1 + 0.8 * math.sin(a) * math.cos(b) + 0.4 * math.sin(a) ** 2 * math.sin(b))
+        ring = 400 * math.exp(-(((v - 55) / 12) ** 2)) * (1 + 0.5 * math.cos(2 * b))
+        return beam + ring + 60 * max(-math.cos(a), 0)
+
+    rows = [vertical, horizontal] + [[candela(v, h) for v in vertical] for h in horizontal]
+    text = "\n".join(" ".join(f"{number:.6g}" for number in row) for row in rows)
+    head = f"IESNA:LM-63-2002\nTILT=NONE\n1 1000 1 {len(vertical)} {len(horizontal)} 1 2 0 0 0\n1 1 10\n"
+    path.write_text(head + text + "\n")
+
+
+def shine_by(data, file):
+    """Gives a light of Blender the distribution of an IES file."""
+    nodes, links = data.node_tree.nodes, data.node_tree.links
+    nodes.clear()
+    output, emission = nodes.new("ShaderNodeOutputLight"), nodes.new("ShaderNodeEmission")
+    measured = nodes.new("ShaderNodeTexIES")
+    measured.mode, measured.filepath = "EXTERNAL", str(file)
+    links.new(measured.outputs["Factor" if "Factor" in measured.outputs else "Fac"], emission.inputs["Strength"])
+    links.new(emission.outputs[0], output.inputs[0])
 
 
 def to_blender(p):
@@ -95,6 +127,9 @@ def cycles(light, floor, ball, world, path):
     data = bpy.data.lights.new("light", kind)
     for name, value in attributes.items():
         setattr(data, name, value)
+    if path.name.startswith("ies"):
+        data.use_nodes = True
+        shine_by(data, path.with_name("mirrored.ies"))
     lamp = bpy.data.objects.new("light", data)
     scene.collection.objects.link(lamp)
     look(lamp, place, target)
@@ -166,6 +201,8 @@ def main():
     options = parser.parse_args()
     folder = options.keep or pathlib.Path(tempfile.mkdtemp())
     folder.mkdir(exist_ok=True)
+    write_lamp(folder / "lamp.ies", 1)
+    write_lamp(folder / "mirrored.ies", -1)
     scenes = {name: (here, there, {}, "", {}, "", 0.0) for name, (here, there) in LIGHTS.items()}
     rect = LIGHTS["rect"]
     scenes["holdout"] = (*rect, {}, "", {"is_holdout": True}, "holdout = true", 0.3)

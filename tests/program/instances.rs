@@ -411,7 +411,8 @@ fn another_shading_builds_no_tree() {
     let bare = SceneShading::new(
         (vec![], vec![]),
         (vec![], vec![]),
-        (vec![], groups, LightLinks::default()),
+        (vec![], vec![]),
+        (groups, LightLinks::default()),
         scene.shading.background.clone(),
     );
     assert!(matches!(

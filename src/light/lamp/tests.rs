@@ -1,7 +1,7 @@
 //! Lights with a surface: what light sampling finds is what rays find, and the power is that of the file.
 
 use crate::{
-    light::{Light, LightDesc, LightSample},
+    light::{Light, LightDesc, LightFind, LightSample, LightTables},
     math::{DVec3, Ray, Vec2, Vec3, hash::mix32, hash::unit_f32},
 };
 
@@ -16,9 +16,12 @@ const LAMPS: [&str; 8] = [
     "spot = { position = [0, 5, 0], target = [0, 0, 0], cone_angle = 40, penumbra_angle = 15, intensity = 100, radius = 0.2 }",
 ];
 
+/// No light here refers to a table.
+const NONE: LightTables = LightTables { profiles: &[] };
+
 fn light(text: &str) -> Light {
     let desc: LightDesc = toml::from_str(text).expect("a light");
-    desc.compile(DVec3::ZERO).expect("a valid light")
+    desc.compile(&LightFind::nothing(DVec3::ZERO)).expect("a valid light")
 }
 
 /// Points around the lamps, and random numbers.
@@ -37,7 +40,7 @@ fn a_ray_along_a_sample_finds_the_light_and_the_density_of_the_sample() {
         let (surface, _) = lamp.surface().expect("a surface");
         let mut found = 0;
         for (from, u) in places() {
-            let Some(LightSample { wi, distance, li, pdf }) = lamp.sample(from, u) else {
+            let Some(LightSample { wi, distance, li, pdf }) = lamp.sample(&NONE, from, u) else {
                 continue;
             };
             // Samples lie in front of the surface by the rounding: that moves the hits of rays that graze it.
@@ -48,7 +51,7 @@ fn a_ray_along_a_sample_finds_the_light_and_the_density_of_the_sample() {
             if cos.abs() < 0.5 || (hit.t - distance).abs() > 1e-3 {
                 continue;
             }
-            let (radiance, density) = lamp.seen(from, wi, &hit);
+            let (radiance, density) = lamp.seen(&NONE, from, wi, &hit);
             let pdf = pdf.expect("a density");
             assert!(
                 (radiance.r - li.r).abs() <= 2e-3 * li.r + 1e-5,
@@ -76,7 +79,7 @@ fn the_light_through_a_sphere_around_a_lamp_is_its_power() {
                 let r = (1.0 - z * z).sqrt();
                 let d = DVec3::new(r * libm::cos(phi), z, r * libm::sin(phi));
                 let u = Vec2::new(unit_f32(mix32(i * 977 + k)), unit_f32(mix32(k * 131 + i)));
-                let sample = lamp.sample((center + d * far).as_vec3(), u);
+                let sample = lamp.sample(&NONE, (center + d * far).as_vec3(), u);
                 let flux = sample.and_then(|s| Some(f64::from(s.li.g / s.pdf?)));
                 power += flux.unwrap_or(0.0);
             }
@@ -122,7 +125,7 @@ fn the_spread_ends_the_light_at_its_angle() {
     let lamp = light("disk = { position = [0, 0, 0], direction = [0, -1, 0], radius = 0.01, power = 1, spread = 0.5 }");
     let lit = |degrees: f32| {
         let (sin, cos) = libm::sincosf(degrees.to_radians());
-        lamp.sample(Vec3::new(sin, -cos, 0.0) * 50.0, Vec2::splat(0.5))
+        lamp.sample(&NONE, Vec3::new(sin, -cos, 0.0) * 50.0, Vec2::splat(0.5))
             .is_some()
     };
     assert!(lit(0.0) && lit(44.0) && !lit(46.0) && !lit(170.0));
@@ -137,7 +140,7 @@ fn a_light_that_no_ray_finds_brings_the_same_light_without_a_density() {
     };
     let (seen, hidden) = (with(""), with(", reflections = false"));
     for (from, u) in places() {
-        let (Some(a), Some(b)) = (seen.sample(from, u), hidden.sample(from, u)) else {
+        let (Some(a), Some(b)) = (seen.sample(&NONE, from, u), hidden.sample(&NONE, from, u)) else {
             continue;
         };
         let pdf = a.pdf.expect("a density");
@@ -150,7 +153,9 @@ fn a_light_that_no_ray_finds_brings_the_same_light_without_a_density() {
 fn wrong_lamps_are_refused_in_words() {
     let message = |text: &str| {
         let desc: LightDesc = toml::from_str(text).expect("a light");
-        desc.compile(DVec3::ZERO).expect_err("refused").message
+        desc.compile(&LightFind::nothing(DVec3::ZERO))
+            .expect_err("refused")
+            .message
     };
     let rect = |keys: &str| message(&format!("rect = {{ position = [0, 1, 0], size = [1, 1], {keys} }}"));
     assert_eq!(rect("power = 1"), "a rect needs `target` or `direction`");

@@ -3,7 +3,7 @@
 use std::{fmt::Debug, fs};
 
 use crate::{
-    light::LightDesc,
+    light::{LightDesc, LightFind, ProfileId},
     material::{Find, MaterialDesc, MaterialId},
     math::{ColorConversion, DVec3, Primaries, Rgb, Vec2, Vec3, WorkingSpace},
     texture::{BitmapId, Color, Mapping, PatternDesc, Texture, TextureId, TexturePoint, Textures},
@@ -80,7 +80,13 @@ fn compiled(room: &str, text: &str) -> Option<[Vec<String>; 2]> {
             Some(before_and_after(colors, convert))
         }
         _ => {
-            let light = toml::from_str::<LightDesc>(text).ok()?.compile(DVec3::ZERO).ok()?;
+            let light = {
+                let find = LightFind {
+                    profile: &|_| Ok(ProfileId(0)),
+                    ..LightFind::nothing(DVec3::ZERO)
+                };
+                toml::from_str::<LightDesc>(text).ok()?.compile(&find).ok()?
+            };
             Some(before_and_after(light, |l| l.convert_colors(space)))
         }
     }

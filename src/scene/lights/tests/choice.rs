@@ -2,7 +2,14 @@
 
 use super::*;
 use crate::{
-    light::{Falloff, LightDesc, environment::Environment, point::PointLight, spot::SpotLight, sun::SunLight},
+    light::{
+        Falloff, LightDesc, LightFind, Profile,
+        environment::Environment,
+        point::PointLight,
+        profile::{Measurement, Photometry, Symmetry},
+        spot::SpotLight,
+        sun::SunLight,
+    },
     math::{DMat3, DVec3, WorkingSpace},
     texture::Bitmap,
 };
@@ -13,6 +20,21 @@ fn sky() -> Background {
     let values = (0..16 * 8).flat_map(|i| [texel(i); 3]).collect();
     let picture = Bitmap::from_floats([16, 8], 3, values);
     Background::environment(Environment::new(&picture, WorkingSpace::Rec709, 1.0, DMat3::IDENTITY))
+}
+
+/// A lamp of type C that shines down into 50 degrees, with a little light upwards.
+fn downlight() -> Profile {
+    Profile::new(&Measurement {
+        photometry: Photometry::C,
+        vertical: vec![0.0, 30.0, 50.0, 130.0, 180.0],
+        horizontal: vec![0.0, 90.0, 180.0],
+        symmetry: Symmetry::Mirrored,
+        candela: [[4000.0, 3000.0, 0.0, 0.0, 200.0], [4000.0, 1000.0, 0.0, 0.0, 200.0]]
+            .into_iter()
+            .chain([[4000.0, 2000.0, 0.0, 0.0, 200.0]])
+            .flatten()
+            .collect(),
+    })
 }
 
 /// Lights of every kind.
@@ -57,7 +79,20 @@ fn all_kinds() -> Scene {
         "point = { position = [-2, 2, 0], power = 50, radius = 0.4 }",
     ] {
         let lamp: LightDesc = toml::from_str(text).expect("a light");
-        builder.light(lamp.compile(DVec3::ZERO).expect("valid"));
+        builder.light(lamp.compile(&LightFind::nothing(DVec3::ZERO)).expect("valid"));
+    }
+    let profile = builder.profile(downlight());
+    for text in [
+        "point = { position = [-1, 2.5, 1], ies = '' }",
+        "spot = { position = [1, 2.5, 1], ies = '', direction = [0.3, -1, 0], cone_angle = 60, radius = 0.1 }",
+        "disk = { position = [0, 2.5, -1], ies = '', direction = [0, -1, 0.3], radius = 0.4, power = 20 }",
+    ] {
+        let lamp: LightDesc = toml::from_str(text).expect("a light");
+        let find = LightFind {
+            profile: &|_| Ok(profile),
+            ..LightFind::nothing(DVec3::ZERO)
+        };
+        builder.light(lamp.compile(&find).expect("valid"));
     }
     let sun = SunLight::new(Vec3::new(0.6, -0.8, 0.0), Rgb::gray(0.5));
     builder.light(Light::Sun(sun));
@@ -81,7 +116,7 @@ fn receivers() -> impl Iterator<Item = LightSampleContext> {
 fn lights_of_every_kind_are_chosen_as_often_as_their_probability_says() {
     let scene = all_kinds();
     let count = scene.lights.count();
-    assert_eq!(count, 10 + 9 + 2 + 1);
+    assert_eq!(count, 13 + 9 + 2 + 1);
     for at in receivers() {
         let draws = 4000;
         let mut found = vec![0_u32; count as usize];

@@ -1,0 +1,109 @@
+//! Lamps with a measured distribution of their light, in the world.
+
+use std::f32::consts::PI;
+
+use super::{
+    OrientationCone, Sidedness, aim,
+    profile::{Profile, ProfileId},
+    tables::{LightFind, LightTables},
+};
+use crate::{
+    math::{Vec3, trig},
+    value::{Direction, Problem, Spanned},
+};
+
+/// The strength of a beam.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum BeamScale {
+    /// The intensities of the file.
+    File,
+    /// All light of the file together is 1 W.
+    Power,
+    /// All light that leaves the front of the lamp is 1 W.
+    FrontPower,
+}
+
+/// A profile, turned to the world.
+#[derive(Clone, Copy, Debug)]
+pub struct Beam {
+    profile: ProfileId,
+    scale: BeamScale,
+    /// Unit vectors: to the right as seen along the axis, up, and the axis in which the lamp shines.
+    frame: [Vec3; 3],
+}
+
+impl Beam {
+    /// The beam of a lamp that shines along the unit `axis`, with `up` above, if it has a file.
+    ///
+    /// # Errors
+    /// There is no such file.
+    pub(super) fn new(
+        ies: &Option<Spanned<String>>,
+        (axis, up): (Vec3, Option<Direction>),
+        scale: BeamScale,
+        find: &LightFind<'_>,
+    ) -> Result<Option<Self>, Problem> {
+        let Some(file) = ies else {
+            return Ok(None);
+        };
+        let [right, up] = aim::across(axis, up);
+        Ok(Some(Self {
+            profile: (find.profile)(file)?,
+            scale,
+            frame: [right.as_vec3(), up.as_vec3(), axis],
+        }))
+    }
+
+    fn profile<'a>(&self, tables: &LightTables<'a>) -> &'a Profile {
+        &tables.profiles[self.profile.0 as usize]
+    }
+
+    /// The factor of the profile's intensities.
+    #[inline]
+    fn factor(&self, profile: &Profile) -> f32 {
+        match self.scale {
+            BeamScale::File => 1.0,
+            BeamScale::Power => 1.0 / profile.power(),
+            // A lamp that shines backwards only has none.
+            BeamScale::FrontPower if profile.front_power() == 0.0 => 0.0,
+            BeamScale::FrontPower => 1.0 / profile.front_power(),
+        }
+    }
+
+    /// The intensity in the unit direction `w`, in W sr^-1 with the scale of the file, else in sr^-1.
+    #[inline]
+    pub(super) fn intensity(&self, tables: &LightTables<'_>, w: Vec3) -> f32 {
+        let profile = self.profile(tables);
+        let local = Vec3::from_array(self.frame.map(|axis| axis.dot(w)));
+        profile.intensity(local) * self.factor(profile)
+    }
+
+    /// The largest intensity.
+    pub(super) fn max_intensity(&self, tables: &LightTables<'_>) -> f32 {
+        let profile = self.profile(tables);
+        profile.spread().max * self.factor(profile)
+    }
+
+    /// The directions of the light, up to an angle to the axis in radians.
+    pub(super) fn directions(&self, tables: &LightTables<'_>, most: f32) -> OrientationCone {
+        let spread = self.profile(tables).spread();
+        let axis = self.frame[2];
+        if most < PI && spread.is_backward {
+            return OrientationCone {
+                cos_o: trig::cos(most),
+                cos_e: 1.0,
+                ..OrientationCone::flat(axis, Sidedness::Front)
+            };
+        }
+        let end = spread.end.min(most);
+        OrientationCone {
+            axis: if spread.is_backward { -axis } else { axis },
+            cos_o: trig::cos(spread.full.min(end)),
+            cos_e: trig::cos((end - spread.full).max(0.0)),
+            sidedness: Sidedness::Front,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests;
