@@ -54,6 +54,12 @@ pub fn strips() -> Vec<Strip> {
             &amounts,
         ),
         ball(
+            "material/metal-distribution",
+            "distribution",
+            "metal = { preset = \"copper\", roughness = 0.45, distribution = \"VALUE\" }",
+            &["ggx", "beckmann"],
+        ),
+        ball(
             "material/glass-roughness",
             "roughness",
             "glass = { roughness = VALUE }",

@@ -6,7 +6,7 @@ pub use block::ConductorBlock;
 
 use super::{
     Bsdf, BsdfEval, BsdfKind, BsdfSample, Lobe,
-    albedo::FacetAlbedo,
+    albedo::MirrorFacets,
     fresnel::{self, schlick_term},
     microfacet::Ggx,
 };
@@ -90,32 +90,32 @@ impl Reflectance {
     }
 }
 
-/// A rough conductor. Multiple scattering between facets is tinted by the reflectance at normal
+/// A rough conductor, by the distribution of its facets. Multiple scattering between facets is tinted by the reflectance at normal
 /// incidence.
 #[derive(Clone, Copy, Debug)]
-pub struct Conductor {
-    facets: Ggx,
+pub struct Conductor<F: MirrorFacets = Ggx> {
+    facets: F,
     reflectance: Reflectance,
     /// Multiplies the reflectance of measured metals.
     tint: Rgb,
     /// The tinted reflectance at normal incidence, and the albedo of white facets.
     normal: Rgb,
-    albedo: FacetAlbedo,
+    albedo: F::Albedo,
 }
 
-impl Conductor {
-    pub fn new(facets: Ggx, reflectance: Reflectance) -> Self {
+impl<F: MirrorFacets> Conductor<F> {
+    pub fn new(facets: F, reflectance: Reflectance) -> Self {
         Self::tinted(facets, reflectance, Rgb::WHITE)
     }
 
     /// One whose reflectance is multiplied by `tint`, which is white for coloured metals.
-    pub fn tinted(facets: Ggx, reflectance: Reflectance, tint: Rgb) -> Self {
+    pub fn tinted(facets: F, reflectance: Reflectance, tint: Rgb) -> Self {
         Self {
             facets,
             reflectance,
             tint,
             normal: reflectance.normal() * tint,
-            albedo: FacetAlbedo::new(&facets),
+            albedo: facets.albedo(),
         }
     }
 }
@@ -127,13 +127,13 @@ pub(super) fn multiscatter_gain(f0: Rgb, all: f32) -> Rgb {
     Rgb::WHITE + f0 * ((1.0 - all) / all)
 }
 
-impl BsdfKind for Conductor {
+impl<F: MirrorFacets> BsdfKind for Conductor<F> {
     /// The gain of multiple scattering, tinted.
     type Prepared = Rgb;
 
     #[inline]
     fn prepare(&self, wo: Vec3) -> Rgb {
-        multiscatter_gain(self.normal, self.albedo.mirrors(&self.facets, wo)) * self.tint
+        multiscatter_gain(self.normal, self.facets.mirrors(&self.albedo, wo)) * self.tint
     }
 
     fn eval_prepared(&self, gain: &Rgb, wo: Vec3, wi: Vec3) -> BsdfEval {

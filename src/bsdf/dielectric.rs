@@ -5,7 +5,8 @@
 
 use super::{
     Bsdf, BsdfEval, BsdfKind, BsdfSample, Lobe,
-    albedo::{self, FacetAlbedo},
+    albedo::{self, ClearFacets, MirrorFacets},
+    beckmann::Beckmann,
     fresnel::{dielectric, is_total, mirrored},
     is_equal_ior,
     microfacet::{Facet, Ggx},
@@ -15,22 +16,40 @@ use crate::math::{Rgb, Sample2D, Vec3};
 
 /// A rough dielectric boundary, whose facets reflect and refract by Fresnel's equations.
 #[derive(Clone, Copy, Debug)]
-pub struct RoughDielectric {
+pub struct RoughDielectric<F: ClearFacets = Ggx> {
     /// Even.
-    pub facets: Ggx,
+    pub facets: F,
     /// Index of refraction behind the surface over that in front.
     pub ior: f32,
     pub reflectance: Rgb,
     pub transmittance: Rgb,
 }
 
-impl From<RoughDielectric> for Bsdf {
+/// Facets whose boundaries are a kind of BSDF.
+pub trait BoundaryFacets: ClearFacets {
+    /// The BSDF of a rough boundary of these facets.
+    fn bsdf(rough: RoughDielectric<Self>) -> Bsdf;
+}
+
+impl BoundaryFacets for Ggx {
+    fn bsdf(rough: RoughDielectric<Self>) -> Bsdf {
+        Bsdf::RoughDielectric(rough)
+    }
+}
+
+impl BoundaryFacets for Beckmann {
+    fn bsdf(rough: RoughDielectric<Self>) -> Bsdf {
+        Bsdf::BeckmannDielectric(rough)
+    }
+}
+
+impl<F: BoundaryFacets> From<RoughDielectric<F>> for Bsdf {
     /// Facets that are smooth, or lie between equal media, are those of a smooth boundary.
-    fn from(rough: RoughDielectric) -> Self {
+    fn from(rough: RoughDielectric<F>) -> Self {
         if rough.facets.is_smooth() || is_equal_ior(rough.ior, 1.0) {
             Self::SmoothDielectric(SmoothDielectric::new(rough.ior, rough.reflectance, rough.transmittance))
         } else {
-            Self::RoughDielectric(rough)
+            F::bsdf(rough)
         }
     }
 }
@@ -55,7 +74,7 @@ fn facet_weights(reflected: f32, reflectance: Rgb, transmittance: Rgb) -> Option
     })
 }
 
-impl RoughDielectric {
+impl<F: ClearFacets> RoughDielectric<F> {
     /// `wo` and `wi` as seen from the side of `wo`, and the index on the other side over that on
     /// this one.
     fn upright(&self, wo: Vec3, wi: Vec3) -> (Vec3, Vec3, f32) {
@@ -80,7 +99,7 @@ fn eval_facet(facet: Facet, weight: Rgb, probability: f32) -> BsdfEval {
     }
 }
 
-impl BsdfKind for RoughDielectric {
+impl<F: BoundaryFacets> BsdfKind for RoughDielectric<F> {
     /// The gain of multiple scattering.
     type Prepared = f32;
 
@@ -150,8 +169,8 @@ impl BsdfKind for RoughDielectric {
 ///
 /// Reflections between the boundaries are included; only the tints absorb light.
 #[derive(Clone, Copy, Debug)]
-pub struct ThinDielectric {
-    pub facets: Ggx,
+pub struct ThinDielectric<F: MirrorFacets = Ggx> {
+    pub facets: F,
     pub ior: f32,
     pub reflectance: Rgb,
     pub transmittance: Rgb,
@@ -163,7 +182,7 @@ pub fn double_boundary(once: f32) -> f32 {
     2.0 * once / (1.0 + once)
 }
 
-impl ThinDielectric {
+impl<F: MirrorFacets> ThinDielectric<F> {
     fn facet_weights(&self, cos: f32) -> Option<FacetWeights> {
         let reflected = double_boundary(dielectric(cos, self.ior));
         facet_weights(reflected, self.reflectance, self.transmittance)
@@ -184,13 +203,13 @@ impl ThinDielectric {
     }
 }
 
-impl BsdfKind for ThinDielectric {
+impl<F: MirrorFacets> BsdfKind for ThinDielectric<F> {
     /// The gain of multiple scattering.
     type Prepared = f32;
 
     fn prepare(&self, wo: Vec3) -> f32 {
         let o = if wo.z < 0.0 { mirrored(wo) } else { wo };
-        1.0 / FacetAlbedo::new(&self.facets).mirrors(&self.facets, o)
+        1.0 / self.facets.mirrors(&self.facets.albedo(), o)
     }
 
     fn eval_prepared(&self, gain: &f32, wo: Vec3, wi: Vec3) -> BsdfEval {

@@ -29,7 +29,7 @@ use super::{
     albedo::{self, FacetAlbedo},
     conductor::multiscatter_gain,
     fresnel::{is_total, mirrored, reflect, refract, schlick_term},
-    microfacet::Ggx,
+    microfacet::{Facets, Ggx},
     sheen,
 };
 use crate::math::{Frame, Rgb, Sample2D, Vec3, warp};

@@ -1,4 +1,4 @@
-//! Microfacet model with the distribution of Trowbridge and Reitz (GGX).
+//! Microfacet models: what all distributions of facet normals have, and that of Trowbridge and Reitz (GGX).
 //!
 //! Masking and shadowing are height-correlated Smith, and the visible normals are sampled. All
 //! directions are in the shading frame, whose normal is z.
@@ -10,8 +10,67 @@
 
 use std::f32::consts::PI;
 
+use serde::Deserialize;
+
 use super::fresnel::{reflect, refract};
 use crate::math::{Vec2, Vec3, trig};
+
+/// The distributions of facet normals.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "lowercase")]
+pub enum Distribution {
+    #[default]
+    Ggx,
+    Beckmann,
+}
+
+/// A distribution of facet normals with Smith's masking, whose visible normals are sampled.
+pub trait Facets: Copy + std::fmt::Debug {
+    /// Facets of any `alpha` along the tangent and the bitangent, also one that no surface has.
+    fn with_alpha(alpha: Vec2) -> Self;
+
+    fn alpha(&self) -> Vec2;
+
+    /// Samples the normal of a facet that is visible from `wo`, which is above the surface.
+    fn sample_normal(&self, wo: Vec3, u: Vec2) -> Vec3;
+
+    /// The facet that reflects `wi` to `wo`, both above the surface.
+    fn reflection(&self, wo: Vec3, wi: Vec3) -> Option<Facet>;
+
+    /// The facet that refracts `wi`, below the surface, to `wo`, above it. `eta` is the index below over the one above.
+    fn transmission(&self, wo: Vec3, wi: Vec3, eta: f32) -> Option<Facet>;
+
+    /// The facets of a perceived `roughness` from 0 to 1 and an `anisotropy`, as [`Ggx::from_roughness`] has them.
+    fn from_roughness(roughness: f32, anisotropy: f32) -> Self {
+        Self::with_alpha(Ggx::from_roughness(roughness, anisotropy).alpha)
+    }
+
+    /// Whether the surface is perfectly smooth.
+    #[inline]
+    fn is_smooth(&self) -> bool {
+        self.alpha().x == 0.0
+    }
+
+    /// Whether the distribution is isotropic.
+    #[inline]
+    fn is_isotropic(&self) -> bool {
+        self.alpha().x == self.alpha().y
+    }
+
+    /// A direction that a facet seen from `wo` reflects; `None` where it would go into the surface.
+    #[inline]
+    fn sample_reflection(&self, wo: Vec3, u: Vec2) -> Option<Vec3> {
+        let wi = reflect(wo, self.sample_normal(wo, u)).normalize();
+        (wi.z > 0.0).then_some(wi)
+    }
+
+    /// A direction that a facet seen from `wo` refracts; `None` where it would stay above the surface, or cannot pass.
+    #[inline]
+    fn sample_transmission(&self, wo: Vec3, u: Vec2, eta: f32) -> Option<Vec3> {
+        let wi = refract(wo, self.sample_normal(wo, u), eta)?;
+        (wi.z < 0.0).then_some(wi)
+    }
+}
 
 /// The GGX distribution of facet normals.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -58,18 +117,6 @@ impl Ggx {
         Self::new(Vec2::new(along, alpha))
     }
 
-    /// Whether the surface is perfectly smooth.
-    #[inline]
-    pub fn is_smooth(&self) -> bool {
-        self.alpha.x == 0.0
-    }
-
-    /// Whether the distribution is isotropic.
-    #[inline]
-    pub fn is_isotropic(&self) -> bool {
-        self.alpha.x == self.alpha.y
-    }
-
     /// The isotropic distribution with the same mean square alpha.
     pub fn isotropic(&self) -> Self {
         Self::new(Vec2::splat((0.5 * self.alpha.length_squared()).sqrt()))
@@ -98,13 +145,7 @@ impl Ggx {
         w.z.abs() / self.stretched(w)
     }
 
-    /// Samples the normal of a facet that is visible from `wo`, which is above the surface.
-    #[inline]
-    pub fn sample_normal(&self, wo: Vec3, u: Vec2) -> Vec3 {
-        self.visible_normal(wo, u)
-    }
-
-    /// Does the same as [`Ggx::sample_normal`], for vectors.
+    /// Does the same as [`Facets::sample_normal`], for vectors.
     #[inline(always)]
     pub fn visible_normal(&self, wo: Vec3, u: Vec2) -> Vec3 {
         let a = self.alpha.extend(1.0);
@@ -117,17 +158,7 @@ impl Ggx {
         Vec3::new(h.x * a.x, h.y * a.y, h.z.max(1e-7)).normalize()
     }
 
-    /// The facet that reflects `wi` to `wo`, both above the surface.
-    #[inline]
-    pub fn reflection(&self, wo: Vec3, wi: Vec3) -> Option<Facet> {
-        if wo.z <= 0.0 || wi.z <= 0.0 {
-            return None;
-        }
-        let (facet, is_there) = self.mirror_facet(wo, wi);
-        is_there.then_some(facet)
-    }
-
-    /// Does the same as [`Ggx::reflection`] for directions above the surface, with whether there is such a facet; for vectors.
+    /// Does the same as [`Facets::reflection`] for directions above the surface, with whether there is such a facet; for vectors.
     #[inline(always)]
     pub fn mirror_facet(&self, wo: Vec3, wi: Vec3) -> (Facet, bool) {
         let sum = wo + wi;
@@ -142,11 +173,35 @@ impl Ggx {
         };
         (facet, (scale < f32::INFINITY) & (scale > 0.0) & (cos > 0.0))
     }
+}
 
-    /// The facet that refracts `wi`, below the surface, to `wo`, above it. `eta` is the index below
-    /// over the one above.
+impl Facets for Ggx {
     #[inline]
-    pub fn transmission(&self, wo: Vec3, wi: Vec3, eta: f32) -> Option<Facet> {
+    fn with_alpha(alpha: Vec2) -> Self {
+        Self { alpha }
+    }
+
+    #[inline]
+    fn alpha(&self) -> Vec2 {
+        self.alpha
+    }
+
+    #[inline]
+    fn sample_normal(&self, wo: Vec3, u: Vec2) -> Vec3 {
+        self.visible_normal(wo, u)
+    }
+
+    #[inline]
+    fn reflection(&self, wo: Vec3, wi: Vec3) -> Option<Facet> {
+        if wo.z <= 0.0 || wi.z <= 0.0 {
+            return None;
+        }
+        let (facet, is_there) = self.mirror_facet(wo, wi);
+        is_there.then_some(facet)
+    }
+
+    #[inline]
+    fn transmission(&self, wo: Vec3, wi: Vec3, eta: f32) -> Option<Facet> {
         if wo.z <= 0.0 || wi.z >= 0.0 {
             return None;
         }
@@ -164,20 +219,5 @@ impl Ggx {
             pdf: self.density(h) * 2.0 * cos / (wo.z + lo) * spread,
             masking: -wi.z * (wo.z + lo) / (lo * -wi.z + li * wo.z),
         })
-    }
-
-    /// A direction that a facet seen from `wo` reflects; `None` where it would go into the surface.
-    #[inline]
-    pub fn sample_reflection(&self, wo: Vec3, u: Vec2) -> Option<Vec3> {
-        let wi = reflect(wo, self.sample_normal(wo, u)).normalize();
-        (wi.z > 0.0).then_some(wi)
-    }
-
-    /// A direction that a facet seen from `wo` refracts; `None` where it would stay above the
-    /// surface, or cannot pass.
-    #[inline]
-    pub fn sample_transmission(&self, wo: Vec3, u: Vec2, eta: f32) -> Option<Vec3> {
-        let wi = refract(wo, self.sample_normal(wo, u), eta)?;
-        (wi.z < 0.0).then_some(wi)
     }
 }

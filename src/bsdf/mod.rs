@@ -12,6 +12,7 @@ pub use layered::hero_channel::HeroChannel;
 pub mod albedo;
 #[cfg(test)]
 mod battery;
+pub mod beckmann;
 pub mod block;
 pub mod conductor;
 pub mod dielectric;
@@ -300,6 +301,12 @@ bsdfs! {
     RoughDielectric(dielectric::RoughDielectric),
     /// Window glass, and thin frosted sheets.
     ThinDielectric(dielectric::ThinDielectric),
+    /// Metal with the distribution of Beckmann.
+    BeckmannConductor(conductor::Conductor<beckmann::Beckmann>),
+    /// Frosted glass with it.
+    BeckmannDielectric(dielectric::RoughDielectric<beckmann::Beckmann>),
+    /// Thin frosted sheets with it.
+    BeckmannPane(dielectric::ThinDielectric<beckmann::Beckmann>),
     /// Plastic.
     Phong(phong::Phong),
     /// Layers over metal, dielectric and diffuse.

@@ -5,7 +5,8 @@
 //! | `ior` | index of refraction of the inside, to which the normal does not point; above 0 | | 1.5 |
 //! | `reflectance` | number or `[r, g, b]`: tint of the mirror image | | 1 |
 //! | `transmittance` | number or `[r, g, b]`: tint of what is seen through the surface | | 1 |
-//! | `roughness` | number from 0 to 1 or `"texture.NAME"` (channel g); its square is GGX's alpha | | 0 |
+//! | `roughness` | number from 0 to 1 or `"texture.NAME"` (channel g); its square is the alpha of the distribution | | 0 |
+//! | `distribution` | `"ggx"` or `"beckmann"`: how steep microfacets are, see `metal` | | `"ggx"` |
 //! | `absorption` | number or `[r, g, b]`: absorption coefficient of the inside | m^-1 | 0 |
 //! | `attenuation_color` | `[r, g, b]`, instead of `absorption`: the colour of white light after `attenuation_distance` | | 1 |
 //! | `attenuation_distance` | number above 0 | m | no absorption |
@@ -28,6 +29,8 @@
 //! lets light straight through lets them pass: a smooth thin wall, and a body with the index of refraction of its surroundings.
 //! In the absorbing inside of a body they are absorbed.
 //!
+//! Light that bounces several times between microfacets is included, with albedos for each distribution.
+//!
 //! Radiance is not scaled by the square of the index of refraction: what is seen through the surface is as bright as what
 //! is behind it. The `whitted` integrator ignores roughness and absorption.
 //!
@@ -42,11 +45,13 @@ use super::{Find, FresnelMode, MaterialKind, Medium, WhittedTerms, medium, unit_
 use crate::{
     bsdf::{
         Bsdf,
-        dielectric::{RoughDielectric, ThinDielectric, double_boundary},
+        albedo::MirrorFacets,
+        beckmann::Beckmann,
+        dielectric::{BoundaryFacets, RoughDielectric, ThinDielectric, double_boundary},
         fresnel::dielectric,
         is_equal_ior,
         layered::Boundary,
-        microfacet::Ggx,
+        microfacet::{Distribution, Facets, Ggx},
     },
     math::{Rgb, WorkingSpace},
     texture::{Scalar, TexturePoint, Textures},
@@ -70,6 +75,8 @@ pub struct GlassDesc {
     pub priority: i32,
     #[serde(default)]
     pub thin_walled: bool,
+    #[serde(default)]
+    pub distribution: Distribution,
 }
 
 fn ior() -> Positive {
@@ -90,6 +97,7 @@ impl GlassDesc {
             } else {
                 Boundary::Solid
             },
+            distribution: self.distribution,
         })
     }
 
@@ -139,6 +147,30 @@ pub struct Glass {
     /// See [`Medium::priority`].
     pub priority: i32,
     pub boundary: Boundary,
+    pub distribution: Distribution,
+}
+
+impl Glass {
+    /// Its solid boundary, with this distribution of facets.
+    fn solid<F: BoundaryFacets>(&self, roughness: f32) -> Bsdf {
+        RoughDielectric {
+            facets: F::from_roughness(roughness, 0.0),
+            ior: self.ior,
+            reflectance: self.reflectance,
+            transmittance: self.transmittance,
+        }
+        .into()
+    }
+
+    /// A pane, with this distribution of facets.
+    fn pane<F: MirrorFacets>(&self, roughness: f32) -> ThinDielectric<F> {
+        ThinDielectric {
+            facets: F::from_roughness(roughness, 0.0),
+            ior: self.ior,
+            reflectance: self.reflectance,
+            transmittance: self.transmittance,
+        }
+    }
 }
 
 impl MaterialKind for Glass {
@@ -169,22 +201,12 @@ impl MaterialKind for Glass {
 
     #[inline]
     fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf {
-        let facets = Ggx::from_roughness(textures.scalar(&self.roughness, at).clamp(0.0, 1.0), 0.0);
-        let (ior, reflectance, transmittance) = (self.ior, self.reflectance, self.transmittance);
-        match self.boundary {
-            Boundary::ThinWalled => Bsdf::ThinDielectric(ThinDielectric {
-                facets,
-                ior,
-                reflectance,
-                transmittance,
-            }),
-            Boundary::Solid => RoughDielectric {
-                facets,
-                ior,
-                reflectance,
-                transmittance,
-            }
-            .into(),
+        let roughness = textures.scalar(&self.roughness, at).clamp(0.0, 1.0);
+        match (self.boundary, self.distribution) {
+            (Boundary::Solid, Distribution::Ggx) => self.solid::<Ggx>(roughness),
+            (Boundary::Solid, Distribution::Beckmann) => self.solid::<Beckmann>(roughness),
+            (Boundary::ThinWalled, Distribution::Ggx) => Bsdf::ThinDielectric(self.pane(roughness)),
+            (Boundary::ThinWalled, Distribution::Beckmann) => Bsdf::BeckmannPane(self.pane(roughness)),
         }
     }
 

@@ -7,8 +7,9 @@
 //! | `tint` | number, `[r, g, b]` or `"texture.NAME"`, with `preset` or `eta` and `k`: multiplies their reflectance | | 1 |
 //! | `color` | number, `[r, g, b]` or `"texture.NAME"`: reflectance at normal incidence | | |
 //! | `edge` | number or `[r, g, b]` of at most 1, with `color`: tint of the reflectance at 82 degrees | | 1 |
-//! | `roughness` | number from 0 to 1 or `"texture.NAME"` (channel g); its square is GGX's alpha | | 0 |
+//! | `roughness` | number from 0 to 1 or `"texture.NAME"` (channel g); its square is the alpha of the distribution | | 0 |
 //! | `anisotropy` | number from 0 to 1: stretches highlights along the tangent, as on metal that is brushed across it | | 0 |
+//! | `distribution` | `"ggx"` or `"beckmann"`: how steep microfacets are. Highlights of the second have no tails | | `"ggx"` |
 //!
 //! One of `preset`, `eta` with `k`, or `color` is required.
 //!
@@ -18,10 +19,14 @@
 //!
 //! [material.pan]
 //! metal = { color = [0.9, 0.9, 0.92], roughness = 0.4, anisotropy = 0.7 }
+//!
+//! [material.coin]
+//! metal = { preset = "copper", roughness = 0.4, distribution = "beckmann" }
 //! ```
 //!
 //! Both sides reflect. Light that bounces several times between microfacets is included: a white metal loses less than 2 %
-//! of the light at any roughness and anisotropy, and gains none. Along the tangent the alpha is
+//! of the light at any roughness and anisotropy, and gains none. Each distribution has albedos of its own for that. Programs without
+//! multiple scattering, such as Mitsuba, look the same where surfaces are smooth, and darker up to half where they are rough. Along the tangent the alpha is
 //! alpha + (1 - alpha) anisotropy^2, as in glTF's KHR_materials_anisotropy. The `whitted` integrator shows a mirror with the
 //! reflectance at normal incidence.
 //!
@@ -37,8 +42,9 @@ use super::{BatchKind, Find, MaterialKind, WhittedTerms, unit_scalar};
 use crate::{
     bsdf::{
         Bsdf,
+        beckmann::Beckmann,
         conductor::{Conductor, Reflectance},
-        microfacet::Ggx,
+        microfacet::{Distribution, Facets, Ggx},
     },
     math::{Rgb, WorkingSpace},
     texture::{Color, Scalar, TexturePoint, Textures},
@@ -56,6 +62,8 @@ pub struct MetalDesc {
     pub edge: Option<Spanned<RgbFactor>>,
     pub roughness: Option<Spanned<ScalarSource>>,
     pub anisotropy: Option<UnitInterval>,
+    #[serde(default)]
+    pub distribution: Distribution,
 }
 
 /// Metals that were measured.
@@ -97,6 +105,7 @@ impl MetalDesc {
             color: self.color(find)?,
             roughness: unit_scalar(self.roughness.as_ref(), 0.0, Channel::G, find)?,
             anisotropy: self.anisotropy.map_or(0.0, f32::from),
+            distribution: self.distribution,
         })
     }
 
@@ -175,6 +184,7 @@ pub struct Metal {
     pub roughness: Scalar,
     /// From 0 to 1.
     pub anisotropy: f32,
+    pub distribution: Distribution,
 }
 
 impl Metal {
@@ -211,13 +221,21 @@ impl MaterialKind for Metal {
     fn bsdf(&self, textures: &Textures<'_>, at: &TexturePoint) -> Bsdf {
         let roughness = textures.scalar(&self.roughness, at).clamp(0.0, 1.0);
         let (reflectance, tint) = self.reflectance(textures, at);
-        let facets = Ggx::from_roughness(roughness, self.anisotropy);
-        Bsdf::Conductor(Conductor::tinted(facets, reflectance, tint))
+        match self.distribution {
+            Distribution::Ggx => {
+                let facets = Ggx::from_roughness(roughness, self.anisotropy);
+                Bsdf::Conductor(Conductor::tinted(facets, reflectance, tint))
+            }
+            Distribution::Beckmann => {
+                let facets = Beckmann::from_roughness(roughness, self.anisotropy);
+                Bsdf::BeckmannConductor(Conductor::tinted(facets, reflectance, tint))
+            }
+        }
     }
 
     fn batch_kind(&self) -> BatchKind {
         let is_smooth = matches!(self.roughness, Scalar::Constant(r) if Ggx::from_roughness(r, 0.0).is_smooth());
-        if self.anisotropy > 0.0 || is_smooth {
+        if self.anisotropy > 0.0 || is_smooth || self.distribution != Distribution::Ggx {
             BatchKind::Alone
         } else {
             BatchKind::Metal

@@ -91,7 +91,7 @@ use crate::{
     bsdf::{
         Bsdf, is_equal_ior,
         layered::{Boundary, Layers},
-        microfacet::Ggx,
+        microfacet::{Facets, Ggx},
         thin_film::ThinFilm,
     },
     math::{Rgb, Vec2, Vec3, WorkingSpace, trig},

@@ -99,12 +99,12 @@ fn roughness(ggx: &Ggx) -> f32 {
 }
 
 /// The position of `x` between the second axis and the first.
-fn azimuth(x: f32, y: f32) -> f32 {
+pub(super) fn azimuth(x: f32, y: f32) -> f32 {
     if x + y > 0.0 { x / (x + y) } else { 0.5 }
 }
 
 /// A unit vector in the plane for which [`azimuth`] is `v`.
-fn azimuth_vector(v: f32) -> Vec2 {
+pub(super) fn azimuth_vector(v: f32) -> Vec2 {
     Vec2::new(v, 1.0 - v).normalize()
 }
 

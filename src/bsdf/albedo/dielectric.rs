@@ -8,7 +8,10 @@ use super::{
     table::{along, column, lerp, locate, node},
 };
 use crate::{
-    bsdf::{fresnel, microfacet::Ggx},
+    bsdf::{
+        fresnel,
+        microfacet::{Facets, Ggx},
+    },
     math::{Vec3, exponential},
 };
 
@@ -54,16 +57,45 @@ struct DielectricRow {
     passing: [f32; COLUMNS],
 }
 
-static TABLE: [[OnceLock<Box<DielectricRow>>; ROWS]; SLICES] = [const { [const { OnceLock::new() }; ROWS] }; SLICES];
+/// The albedos of clear facets of a distribution.
+pub struct ClearTable([[OnceLock<Box<DielectricRow>>; ROWS]; SLICES]);
+
+impl ClearTable {
+    /// One whose rows are integrated on first use.
+    pub const fn empty() -> Self {
+        Self([const { [const { OnceLock::new() }; ROWS] }; SLICES])
+    }
+}
+
+static GGX: ClearTable = ClearTable::empty();
+
+/// Facets of clear boundaries.
+pub trait ClearFacets: Facets {
+    /// The albedos of clear facets of this distribution.
+    fn table() -> &'static ClearTable;
+
+    /// The albedo of these facets if they are even and reflect all light, seen from `wo`. Margins cover its error.
+    fn even_mirrors(&self, wo: Vec3) -> f32;
+}
+
+impl ClearFacets for Ggx {
+    fn table() -> &'static ClearTable {
+        &GGX
+    }
+
+    fn even_mirrors(&self, wo: Vec3) -> f32 {
+        isotropic::even_mirrors(self, wo)
+    }
+}
 
 fn eta(k: usize) -> f32 {
     let x = 2.0 * node(k, SLICES) - 1.0;
     exponential::pow(MAX_INDEX, x * x.abs())
 }
 
-fn row(k: usize, i: usize) -> &'static DielectricRow {
-    TABLE[k][i].get_or_init(|| {
-        let (eta, ggx) = (eta(k), facets(node(i, ROWS)));
+fn row<F: ClearFacets>(k: usize, i: usize) -> &'static DielectricRow {
+    F::table().0[k][i].get_or_init(|| {
+        let (eta, ggx): (f32, F) = (eta(k), facets(node(i, ROWS)));
         let mut row = DielectricRow {
             fresnel: [0.0; COLUMNS],
             passing: [0.0; COLUMNS],
@@ -91,7 +123,7 @@ fn row(k: usize, i: usize) -> &'static DielectricRow {
 
 /// The albedo of clear facets seen from `wo`; `eta` is the index on the other side over the one on
 /// the side of `wo`. The facets are even, or taken for it.
-pub fn clear(ggx: &Ggx, wo: Vec3, index: f32) -> ClearAlbedo {
+pub fn clear<F: ClearFacets>(ggx: &F, wo: Vec3, index: f32) -> ClearAlbedo {
     if ggx.is_smooth() {
         return ClearAlbedo {
             fresnel: 1.0,
@@ -100,13 +132,11 @@ pub fn clear(ggx: &Ggx, wo: Vec3, index: f32) -> ClearAlbedo {
     }
     let log = exponential::ln(index) / exponential::ln(MAX_INDEX);
     let (k, f) = locate(0.5 + 0.5 * log.abs().sqrt().copysign(log), SLICES);
-    let (i, g) = locate(ggx.alpha.x.sqrt(), ROWS);
+    let (i, g) = locate(ggx.alpha().x.sqrt(), ROWS);
     let column = column(wo.z.abs());
-    let mirrors = isotropic::RowPlace::of_facets(ggx)
-        .rows()
-        .mirrors(ggx.stretched_cos(wo));
+    let mirrors = ggx.even_mirrors(wo);
     let at = |k: usize| {
-        let (a, b) = (row(k, i), row(k, i + 1));
+        let (a, b) = (row::<F>(k, i), row::<F>(k, i + 1));
         let over = if k < SLICES / 2 { mirrors } else { 0.0 };
         ClearAlbedo {
             fresnel: mirrors + lerp(along(&a.fresnel, column), along(&b.fresnel, column), g),

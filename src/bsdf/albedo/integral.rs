@@ -1,7 +1,7 @@
 //! Integrals over facets, from which tables are made.
 
 use crate::{
-    bsdf::{fresnel, microfacet::Ggx},
+    bsdf::{fresnel, microfacet::Facets},
     math::{Vec2, Vec3},
 };
 
@@ -12,11 +12,9 @@ pub(super) fn direction(cos: f32) -> Vec3 {
 
 /// The facets of a row of a table of roughness: those of the least rows are smoother than any
 /// surface is.
-pub(super) fn facets(roughness: f32) -> Ggx {
+pub(super) fn facets<F: Facets>(roughness: f32) -> F {
     let roughness = roughness.max(0.02);
-    Ggx {
-        alpha: Vec2::splat(roughness * roughness),
-    }
+    F::with_alpha(Vec2::splat(roughness * roughness))
 }
 
 /// The points of an integral over facets.
@@ -34,7 +32,7 @@ pub(super) struct FacetGrid {
 /// The mean of `f` over the facets that are seen from `wo`.
 pub(super) fn mean_over_facets<const K: usize>(
     points: FacetGrid,
-    ggx: &Ggx,
+    facets: &impl Facets,
     wo: Vec3,
     f: impl Fn(Vec3) -> [f32; K],
 ) -> [f32; K] {
@@ -47,7 +45,7 @@ pub(super) fn mean_over_facets<const K: usize>(
             let turn = points.turn * (i as f32 + 0.5) / points.turns as f32;
             let weight = f64::from(q * q);
             all += weight;
-            let values = f(ggx.sample_normal(wo, Vec2::new(turn, 1.0 - q * q * q)));
+            let values = f(facets.sample_normal(wo, Vec2::new(turn, 1.0 - q * q * q)));
             for (sum, v) in sum.iter_mut().zip(values) {
                 *sum += f64::from(v) * weight;
             }
@@ -57,15 +55,17 @@ pub(super) fn mean_over_facets<const K: usize>(
 }
 
 /// The part of the light that a facet `h` reflects, if all, that leaves the surface.
-pub(super) fn masking(ggx: &Ggx, wo: Vec3, h: Vec3) -> f32 {
-    ggx.reflection(wo, fresnel::reflect(wo, h)).map_or(0.0, |f| f.masking)
+pub(super) fn masking(facets: &impl Facets, wo: Vec3, h: Vec3) -> f32 {
+    facets
+        .reflection(wo, fresnel::reflect(wo, h))
+        .map_or(0.0, |f| f.masking)
 }
 
 /// The albedo of facets that reflect everything, and the mean of Schlick's term over the light that
 /// they reflect.
-pub(super) fn reflected(points: FacetGrid, ggx: &Ggx, wo: Vec3) -> [f32; 2] {
-    let [all, grazing] = mean_over_facets(points, ggx, wo, |h| {
-        let masking = masking(ggx, wo, h);
+pub(super) fn reflected(points: FacetGrid, facets: &impl Facets, wo: Vec3) -> [f32; 2] {
+    let [all, grazing] = mean_over_facets(points, facets, wo, |h| {
+        let masking = masking(facets, wo, h);
         [masking, masking * fresnel::schlick_term(wo.dot(h))]
     });
     [all, grazing / all]

@@ -5,7 +5,7 @@
 //! surface ([`Ggx::stretched_cos`]). A test integrates the table again.
 
 use super::table::{column, lerp, locate};
-use crate::bsdf::microfacet::Ggx;
+use crate::{bsdf::microfacet::Ggx, math::Vec3};
 
 pub(super) const ROWS: usize = 48;
 const COLUMNS: usize = 64;
@@ -87,6 +87,11 @@ impl RowPlace {
     }
 }
 
+/// The albedo of even facets that reflect everything, without a margin.
+pub(super) fn even_mirrors(ggx: &Ggx, wo: Vec3) -> f32 {
+    RowPlace::of_facets(ggx).rows().mirrors(ggx.stretched_cos(wo))
+}
+
 /// The place of a cosine between two columns, and where between them.
 #[inline(always)]
 pub(super) fn place(column: f32) -> (usize, f32) {
@@ -153,12 +158,9 @@ impl RowPair {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{
-        bsdf::albedo::{
-            integral::{FacetGrid, direction, facets, reflected},
-            table::node,
-        },
-        math::Vec3,
+    use crate::bsdf::albedo::{
+        integral::{FacetGrid, direction, facets, reflected},
+        table::node,
     };
 
     const POINTS: FacetGrid = FacetGrid {
@@ -176,7 +178,7 @@ mod tests {
     }
 
     fn integrated(i: usize) -> impl Iterator<Item = f32> {
-        let ggx = facets(node(i, ROWS));
+        let ggx: Ggx = facets(node(i, ROWS));
         let cos = |j| {
             let root: f32 = node(j, COLUMNS);
             (root * root).max(1e-4)

@@ -7,6 +7,9 @@
 //! models", 2019; Kulla and Conty, "Revisiting Physically Based Shading at Imageworks", SIGGRAPH
 //! 2017 course.
 //!
+//! Each distribution of facets has tables of its own: those of Beckmann lose more light where they are rough, and less where they are
+//! smooth. Layers have the facets of GGX alone.
+//!
 //! Tables are linear between their nodes. That of isotropic facets, which most pictures use, is
 //! compiled in: `cargo test --lib write_the_table -- --ignored` writes it. The rows of the others
 //! are integrated on first use, in a few milliseconds, always to the same bits. What they say is
@@ -14,15 +17,18 @@
 //! of brushed facets at grazing angles (tested).
 
 mod anisotropic;
+mod beckmann;
 mod dielectric;
 mod integral;
 mod isotropic;
 mod mean;
+mod mirrors;
 mod schlick;
 mod sheen;
 mod table;
 
-pub use dielectric::{ClearAlbedo, clear};
+pub use dielectric::{ClearAlbedo, ClearFacets, ClearTable, clear};
 pub use mean::schlick_mean;
+pub use mirrors::MirrorFacets;
 pub use schlick::{AlbedoBlock, FacetAlbedo};
 pub use sheen::raw_sheen;

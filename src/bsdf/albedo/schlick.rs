@@ -1,8 +1,11 @@
 //! The albedo of facets that reflect all light, and of facets that reflect as Schlick says.
 
-use super::{anisotropic, isotropic, table::column};
+use super::{anisotropic, isotropic, mirrors::MirrorFacets, table::column};
 use crate::{
-    bsdf::{fresnel, microfacet::Ggx},
+    bsdf::{
+        fresnel,
+        microfacet::{Facets, Ggx},
+    },
     math::{
         Vec2, Vec3,
         block::{Each, LANES, get},
@@ -61,6 +64,20 @@ impl FacetAlbedo {
             Self::Anisotropic => brushed(ggx, wo),
         };
         weights(all, part, above)
+    }
+}
+
+impl MirrorFacets for Ggx {
+    type Albedo = FacetAlbedo;
+
+    #[inline]
+    fn albedo(&self) -> FacetAlbedo {
+        FacetAlbedo::new(self)
+    }
+
+    #[inline]
+    fn mirrors(&self, albedo: &FacetAlbedo, wo: Vec3) -> f32 {
+        albedo.mirrors(self, wo)
     }
 }
 

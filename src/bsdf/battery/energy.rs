@@ -6,7 +6,7 @@ use super::{
         albedo::{self, FacetAlbedo},
         conductor::{Conductor, Reflectance},
         fresnel,
-        microfacet::Ggx,
+        microfacet::{Facets, Ggx},
     },
     *,
 };

@@ -2,11 +2,12 @@
 
 use super::super::{
     Bsdf,
+    beckmann::Beckmann,
     conductor::{Conductor, Reflectance},
     dielectric::{RoughDielectric, ThinDielectric},
     diffuse::{Lambert, OrenNayar},
     layered::{Boundary, Layers, hero_channel::HeroChannel},
-    microfacet::Ggx,
+    microfacet::{Facets, Ggx},
     phong::{Phong, PhongWeights},
     specular::{Mirror, SmoothDielectric},
     thin_film::ThinFilm,
@@ -48,6 +49,55 @@ pub fn glass(roughness: f32, ior: f32, reflectance: Rgb, transmittance: Rgb) -> 
     })
 }
 
+/// Metals and glass of Beckmann's distribution that lose no energy.
+fn beckmann_examples() -> Vec<Example> {
+    let white = Rgb::WHITE;
+    let reflectance = Reflectance::colored(white, white);
+    let mut all = Vec::new();
+    for (roughness, anisotropy) in [
+        (0.0, 0.0),
+        (0.1, 0.0),
+        (0.35, 0.0),
+        (0.35, 0.7),
+        (0.7, 0.0),
+        (0.7, 0.5),
+        (1.0, 0.0),
+    ] {
+        let facets = Beckmann::from_roughness(roughness, anisotropy);
+        let metal = Bsdf::BeckmannConductor(Conductor::new(facets, reflectance));
+        let name = format!("beckmann conductor {roughness} {anisotropy}");
+        all.push(example(name, metal, roughness));
+    }
+    for roughness in [0.1, 0.35, 0.7] {
+        let facets = Beckmann::from_roughness(roughness, 0.0);
+        for ior in [1.5, 0.7] {
+            let boundary = RoughDielectric {
+                facets,
+                ior,
+                reflectance: white,
+                transmittance: white,
+            };
+            all.push(example(
+                format!("beckmann glass {ior} {roughness}"),
+                boundary.into(),
+                roughness,
+            ));
+        }
+        let pane = ThinDielectric {
+            facets,
+            ior: 1.5,
+            reflectance: white,
+            transmittance: white,
+        };
+        all.push(example(
+            format!("beckmann pane {roughness}"),
+            Bsdf::BeckmannPane(pane),
+            roughness,
+        ));
+    }
+    all
+}
+
 /// The examples that lose no energy.
 pub fn white_examples() -> Vec<Example> {
     let white = Rgb::WHITE;
@@ -55,6 +105,7 @@ pub fn white_examples() -> Vec<Example> {
         example("lambert".into(), Bsdf::Lambert(Lambert { albedo: white }), 1.0),
         example("mirror".into(), Bsdf::Mirror(Mirror { reflectance: white }), 1.0),
     ];
+    all.extend(beckmann_examples());
     for roughness in ROUGHNESSES {
         let facets = facets(roughness);
         let mut add = |name: &str, bsdf: Bsdf| all.push(example(format!("{name} {roughness}"), bsdf, roughness));

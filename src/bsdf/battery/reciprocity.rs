@@ -3,11 +3,12 @@
 use super::{
     super::{
         Bsdf, BsdfKind, albedo,
+        beckmann::Beckmann,
         dielectric::RoughDielectric,
         diffuse::{Lambert, OrenNayar},
         fresnel,
         layered::Layers,
-        microfacet::Ggx,
+        microfacet::{Facets, Ggx},
         phong::{Phong, PhongWeights},
     },
     *,
@@ -57,14 +58,33 @@ fn light_that_passes_a_diffuse_base_takes_the_same_way_back() {
     }
 }
 
+/// Checks that light takes the same way back off these facets, and through them but for the square of the index.
+fn check_facets(facets: &impl Facets, tolerance: f32) {
+    let eta = 1.4;
+    for (a, b, turn) in PAIRS {
+        let (wo, wi) = (direction(a, 0.3), direction(b, 0.3 + turn));
+        let f = |wo, wi: Vec3| facets.reflection(wo, wi).map(|f| f.pdf * f.masking / wi.z).unwrap();
+        assert!((f(wo, wi) / f(wi, wo) - 1.0).abs() < tolerance);
+        let h = facets.sample_normal(wo, Vec2::new(0.3, 0.6));
+        let through = fresnel::refract(wo, h, eta).unwrap();
+        if through.z >= 0.0 {
+            continue;
+        }
+        let there = facets.transmission(wo, through, eta).unwrap();
+        let back = facets.transmission(-through, -wo, 1.0 / eta).unwrap();
+        let ratio = (there.pdf * there.masking / -through.z) / (back.pdf * back.masking / wo.z);
+        assert!((ratio / (eta * eta) - 1.0).abs() < 2.0 * tolerance, "{ratio}");
+    }
+}
+
 #[test]
 fn single_bounces_off_facets_are_reciprocal() {
-    for ggx in [Ggx::from_roughness(0.3, 0.0), Ggx::from_roughness(0.6, 0.7)] {
-        for (a, b, turn) in PAIRS {
-            let (wo, wi) = (direction(a, 0.3), direction(b, 0.3 + turn));
-            let f = |wo, wi: Vec3| ggx.reflection(wo, wi).map(|f| f.pdf * f.masking / wi.z).unwrap();
-            assert!((f(wo, wi) / f(wi, wo) - 1.0).abs() < 1e-4);
-        }
+    for (roughness, anisotropy) in [(0.3, 0.0), (0.6, 0.7)] {
+        check_facets(&Ggx::from_roughness(roughness, anisotropy), 1e-4);
+    }
+    // Of smoother facets none scatters these pairs.
+    for (roughness, anisotropy) in [(1.0, 0.0), (0.9, 0.4)] {
+        check_facets(&Beckmann::from_roughness(roughness, anisotropy), 1e-3);
     }
 }
 

@@ -2,7 +2,7 @@
 
 use super::{BsdfEval, BsdfSample, Layered, LobeState, mirror_image};
 use crate::{
-    bsdf::{BsdfKind, Lobe, fresnel::schlick_term},
+    bsdf::{BsdfKind, Lobe, fresnel::schlick_term, microfacet::Facets},
     math::{Frame, Rgb, Sample2D, Vec3},
 };
 
