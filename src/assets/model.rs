@@ -65,6 +65,8 @@ pub struct Model {
     pub images: Vec<ImageSource>,
     pub cameras: Vec<ModelCamera>,
     pub lights: Vec<ModelLight>,
+    /// The node of each light, an index into [`Model::nodes`].
+    pub light_nodes: Vec<usize>,
     /// The names of the file's material variants.
     pub variants: Vec<String>,
     /// All animations of the file, in its order.

@@ -91,12 +91,32 @@ impl Compiler<'_> {
                 group: group(&object.group),
                 origin: LightOrigin::Object(ObjectId(i as u32)),
             });
+        // Parts of models follow all objects.
+        let of_part = |(i, object): (usize, &'_ ObjectDesc)| -> Vec<(String, Option<String>)> {
+            let parts = object.part.iter().filter(|_| is_model(object));
+            let named = |part| {
+                (
+                    name(&object.name, "object", i + 1),
+                    group(&object.with_part(part).group),
+                )
+            };
+            parts.map(named).collect()
+        };
+        let parts = self.desc.objects.iter().enumerate().flat_map(of_part);
+        let parts = parts
+            .zip(self.desc.objects.len()..)
+            .map(|((name, group), i)| KnownLight {
+                name,
+                group,
+                origin: LightOrigin::Object(ObjectId(i as u32)),
+            });
+        let parts: Vec<KnownLight> = parts.collect();
         let background = KnownLight {
             name: BACKGROUND.to_owned(),
             group: group(&self.desc.background.group),
             origin: LightOrigin::Background,
         };
-        lights.chain(objects).chain([background]).collect()
+        lights.chain(objects).chain(parts).chain([background]).collect()
     }
 
     /// Whether an object may emit light. Models bring materials and lights of their own.

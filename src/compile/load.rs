@@ -82,7 +82,7 @@ pub(super) fn around_models(
             return Err(Error::Invalid(diagnostics));
         }
         for (placed, model) in compiled.placed.iter_mut().zip(models) {
-            placed.edits = placed::edits(&desc.objects[placed.object.0 as usize].parts, model);
+            placed.edits = placed::edits(&desc.objects[placed.described].parts, model);
         }
     }
     let loaded = loaded.map(|models| LoadedModels::new(&compiled.placed, models, options.time));

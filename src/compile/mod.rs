@@ -35,6 +35,7 @@ mod placed;
 mod points;
 mod profiles;
 mod refresh;
+mod selection;
 
 pub use bounds::visible_bounds;
 pub use error::Error;

@@ -30,34 +30,12 @@ use crate::{
 };
 
 mod hidden;
+mod model_use;
+
+pub(super) use model_use::ModelUse;
 
 /// The most triangles that a scene stores.
 const MAX_TRIANGLES: u64 = 1 << 27;
-
-/// The use of a model by the objects of a scene.
-#[derive(Default)]
-pub(super) struct ModelUse {
-    objects: u64,
-    /// Its first material in the scene, once an object uses them.
-    first_material: Option<MaterialId>,
-    /// The materials of the scene in place of some of its own, by their indices.
-    replaced: HashMap<usize, MaterialId>,
-    first_node: Option<NodeId>,
-}
-
-impl ModelUse {
-    /// The material with this index in the model, or `instead`.
-    pub fn material(&self, number: usize, instead: Option<MaterialId>) -> MaterialId {
-        let first = self.first_material.map_or(0, |m| m.0);
-        let other = instead.or_else(|| self.replaced.get(&number).copied());
-        other.unwrap_or(MaterialId(first + number as u32))
-    }
-
-    fn node_of(&self, part: &MeshInstance) -> Option<NodeId> {
-        let first = self.first_node?;
-        part.node.map(|node| NodeId(first.0 + node as u32))
-    }
-}
 
 /// The meshes of a model that become instances, with their groups so far.
 struct InstancingPlan {
@@ -163,8 +141,19 @@ impl ModelPlacer<'_> {
         let pairs = placed.iter().zip(models);
         let moved: HashSet<*const Model> = pairs.filter(|(p, _)| p.moved).map(|(_, m)| Arc::as_ptr(m)).collect();
         for (placed, model) in placed.iter().zip(models) {
+            // Parts share the nodes and the materials of their object.
+            let whole = placed.part_of.map(|whole| &uses[&Arc::as_ptr(&models[whole])]);
+            let shared = whole.map(ModelUse::shared);
             let model_use = uses.entry(Arc::as_ptr(model)).or_default();
+            if let Some(shared) = shared.filter(|_| model_use.objects == 0) {
+                *model_use = shared;
+                model_use.objects = 1;
+                continue;
+            }
             model_use.objects += 1;
+            if placed.part_of.is_some() {
+                continue;
+            }
             if model_use.objects == 1 && !model.nodes.is_empty() {
                 let nodes = model.nodes.iter().map(|n| (n.name.as_str(), n.parent));
                 model_use.first_node = Some(self.scene.model_nodes(nodes));
@@ -249,7 +238,10 @@ impl ModelPlacer<'_> {
         let first_copy = self.scene.add_copies(plan.units.copies.count);
         if model.motion.as_ref().is_some_and(|motion| !motion.switched.is_empty()) {
             // Names do not depend on which nodes are visible.
-            for node in model.instances.iter().filter_map(|part| model_use.node_of(part)) {
+            let left_out = placed.selection.left_out(model);
+            let parts = model.instances.iter().enumerate();
+            let parts = parts.filter(|(part, _)| !left_out.contains(part));
+            for node in parts.filter_map(|(_, part)| model_use.node_of(part)) {
                 self.scene.name_node(placed.object, node);
             }
         }
@@ -319,7 +311,8 @@ impl ModelPlacer<'_> {
             return Ok(());
         }
         let world_from_scene = DAffine3::from_translation(self.scene.origin());
-        for (number, light) in model.lights.iter().enumerate() {
+        let selected = placed.selection.lights(model);
+        for (number, light) in model.lights.iter().enumerate().filter(|(number, _)| selected[*number]) {
             let place = world_from_scene * placed.place.of(&light.model_from_light);
             let Some(desc) = model_lights::describe(light, place, placed.light_radius) else {
                 continue;

@@ -125,7 +125,7 @@ impl SceneMotion {
         let old = std::mem::take(last);
         let mut placed = self.placed.clone();
         for (placed, model) in placed.iter_mut().zip(&self.models) {
-            let object = &desc.objects[placed.object.0 as usize];
+            let object = &desc.objects[placed.described];
             if placed.moved {
                 placed.place = moved_place(object, scene.origin).ok()?;
             }
@@ -249,7 +249,9 @@ impl SceneMotion {
         let world_from_scene = DAffine3::from_translation(scene.origin);
         let mut lights = Vec::new();
         for posed in models.values().filter(shines) {
-            for (number, light) in posed.pose.lights.iter().enumerate() {
+            let selected = posed.placed.selection.lights(posed.model);
+            let own = posed.pose.lights.iter().enumerate();
+            for (number, light) in own.filter(|(number, _)| selected[*number]) {
                 let is_it =
                     |(object, own, _): &&(ObjectId, usize, LightId)| (*object, *own) == (posed.placed.object, number);
                 let place = world_from_scene * posed.placed.place.of(&light.model_from_light);

@@ -5,6 +5,7 @@ use super::{
     materials::MaterialNames,
     place::ObjectPlace,
     placed::{NO_PARTS, PlacedModel},
+    selection::Selection,
 };
 use crate::{
     assets::{
@@ -46,6 +47,9 @@ impl Compiler<'_> {
                 self.object_settings(object, id);
                 models.push(PlacedModel {
                     object: id,
+                    described: i,
+                    part_of: None,
+                    selection: Selection::of(object),
                     file: self.desc.folder().join(file),
                     choice: ModelChoice {
                         scene: mesh.scene.clone(),
@@ -69,7 +73,9 @@ impl Compiler<'_> {
                 });
                 continue;
             }
-            if let Some((_, _, span)) = object.parts.names().next() {
+            let patterns = object.nodes.iter().chain(object.part.iter().map(|part| &part.nodes));
+            let named = object.parts.names().map(|(.., span)| span);
+            if let Some(span) = named.chain(patterns.flatten().map(Spanned::span)).next() {
                 self.problems.push(Problem::at(span, NO_PARTS));
             }
             // With a transform the shape is in its own space, without one in world space.
@@ -95,7 +101,40 @@ impl Compiler<'_> {
             };
             self.object_settings(object, id);
         }
+        self.model_parts(&mut models);
         models
+    }
+
+    /// Adds the parts of models that have settings of their own, after all objects.
+    fn model_parts(&mut self, models: &mut Vec<PlacedModel>) {
+        for whole in 0..models.len() {
+            let object = &self.desc.objects[models[whole].described];
+            for (number, part) in object.part.iter().enumerate() {
+                let own = object.with_part(part);
+                let Some(material) = self.material_of(&own) else {
+                    continue;
+                };
+                let placed = models[whole].clone();
+                let name = name_of(object, placed.described);
+                let asset = match object.shape.get_ref() {
+                    ShapeDesc::Mesh(mesh) => Some(mesh.file.get_ref()),
+                    _ => None,
+                };
+                let asset = asset.map(String::as_str);
+                let id = self.scene.object(&name, asset, material.unwrap_or(MaterialId(0)));
+                self.scene.set_part_of(id, placed.object);
+                self.object_settings(&own, id);
+                models.push(PlacedModel {
+                    object: id,
+                    part_of: Some(whole),
+                    selection: placed.selection.of_part(number),
+                    material,
+                    visible: own.visible,
+                    light_group: own.group.as_ref().map(|g| g.as_str().to_owned()),
+                    ..placed
+                });
+            }
+        }
     }
 
     fn object_settings(&mut self, object: &ObjectDesc, id: ObjectId) {

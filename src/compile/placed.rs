@@ -2,7 +2,7 @@
 
 use std::{collections::HashMap, path::PathBuf, sync::Arc};
 
-use super::place::ObjectPlace;
+use super::{place::ObjectPlace, selection::Selection};
 use crate::{
     assets::{
         model::{Model, ModelChoice},
@@ -15,13 +15,19 @@ use crate::{
     math::{DAabb, DAffine3, Transform},
     scene::{MeshId, ObjectFromGroup, ObjectId},
     shape::mesh::{Playback, Repeat},
-    value::{NonNegative, Problem, Span, UnknownName},
+    value::{NonNegative, Problem, Span, Spanned, UnknownName, matches_wildcards},
 };
 
 /// An object whose geometry is in a file.
 #[derive(Clone, Debug)]
 pub(super) struct PlacedModel {
     pub object: ObjectId,
+    /// The object of the description, by its index: the same, unless this is a part of it.
+    pub described: usize,
+    /// Of the placed model that this is a part of, the place among all.
+    pub part_of: Option<usize>,
+    /// The nodes that are shown.
+    pub selection: Selection,
     pub file: PathBuf,
     pub choice: ModelChoice,
     /// When its animations are played.
@@ -100,11 +106,14 @@ pub(super) fn edits(parts: &PartsDesc, model: &Model) -> ModelEdits {
 pub(super) fn unknown_parts(desc: &SceneDesc, placed: &[PlacedModel], models: &[Arc<Model>]) -> Vec<Problem> {
     let mut problems = Vec::new();
     for (placed, model) in placed.iter().zip(models) {
-        let parts = &desc.objects[placed.object.0 as usize].parts;
-        if parts.is_empty() {
+        let object = &desc.objects[placed.described];
+        let parts = &object.parts;
+        if parts.is_empty() && placed.selection.is_whole() || placed.part_of.is_some() {
             continue;
         }
         let known = KnownParts::new(placed, model);
+        let patterns = object.nodes.iter().chain(object.part.iter().map(|part| &part.nodes));
+        problems.extend(patterns.flatten().filter_map(|pattern| known.unmatched(pattern)));
         problems.extend(
             parts
                 .names()
@@ -129,6 +138,14 @@ impl KnownParts {
             materials: model.names_of_materials().into_iter().map(|(name, _)| name).collect(),
             has_other: placed.material.is_some(),
         }
+    }
+
+    /// The problem of a name with wildcards that means no node.
+    fn unmatched(&self, pattern: &Spanned<String>) -> Option<Problem> {
+        if self.nodes.iter().any(|name| matches_wildcards(pattern.get_ref(), name)) {
+            return None;
+        }
+        self.problem(Part::Node, pattern.get_ref(), pattern.span())
     }
 
     /// The problem of a name at `span` that none of these parts has.
@@ -168,9 +185,14 @@ impl LoadedModels {
         for (placed, model) in placed.iter().zip(&at_rest) {
             let own = *rest_bounds.entry(Arc::as_ptr(model)).or_insert_with(|| model.bounds());
             let pose = || model.pose(&placed.playback, &placed.edits, time);
-            let posed = poses.or_insert_with(model, placed, || match pose() {
-                Some(pose) => Arc::new(model.posed(pose)),
-                None => Arc::clone(model),
+            let posed = poses.or_insert_with(model, placed, || {
+                let posed = pose().map(|pose| model.posed(pose));
+                if placed.selection.is_whole() {
+                    return posed.map_or_else(|| Arc::clone(model), Arc::new);
+                }
+                let mut chosen = posed.unwrap_or_else(|| Model::clone(model));
+                chosen.hidden.extend(placed.selection.left_out(model));
+                Arc::new(chosen)
             });
             bounds.insert(Arc::as_ptr(posed), own);
             models.push(Arc::clone(posed));
@@ -198,6 +220,7 @@ struct PoseKey {
     /// depend on the time.
     edits: Result<Vec<u64>, u32>,
     replaced: Vec<(String, u32)>,
+    selection: Selection,
 }
 
 /// A value for each pose of a model.
@@ -227,6 +250,7 @@ impl<T> Poses<T> {
             replaced: (placed.replaced.iter())
                 .map(|(name, material)| (name.clone(), material.0))
                 .collect(),
+            selection: placed.selection.clone(),
         }
     }
 

@@ -108,6 +108,7 @@ impl Refresher {
                 }
                 Change::ObjectMaterial(at) => {
                     let object = &desc.objects[at];
+                    is_alike &= object.part.is_empty();
                     let named = |name: &Spanned<String>| {
                         desc.materials
                             .iter()
@@ -128,7 +129,13 @@ impl Refresher {
                         continue;
                     };
                     is_alike &= transform.magnification().0 <= MAX_MAGNIFICATION;
-                    update.transforms.push((ObjectId(at as u32), transform));
+                    match desc.objects[at].part.is_empty() {
+                        true => update.transforms.push((ObjectId(at as u32), transform)),
+                        false => {
+                            let moved = objects_of(scene, ObjectId(at as u32));
+                            update.transforms.extend(moved.map(|object| (object, transform)));
+                        }
+                    }
                 }
                 Change::Parts => {}
                 Change::Other => is_alike = false,
@@ -181,6 +188,13 @@ impl Refresher {
         }
         Ok(self.environment.as_ref())
     }
+}
+
+/// The objects of the scene that an object of the description with parts is: those of it that have instances.
+fn objects_of(scene: &Scene, whole: ObjectId) -> impl Iterator<Item = ObjectId> {
+    let all = (0..scene.geometry.objects.len() as u32).map(ObjectId);
+    let is_there = |object: ObjectId| scene.geometry.instances.iter().any(|record| record.object == object);
+    all.filter(move |object| scene.whole_object(*object) == whole && is_there(*object))
 }
 
 /// Gives an object another material, if it has the same arrays with it.

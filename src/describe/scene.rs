@@ -31,7 +31,7 @@ use std::path::{Path, PathBuf};
 use glam::{DAffine3, DMat3, DVec3};
 use serde::Deserialize;
 
-use super::{LightGroupName, OutputDesc, PartsDesc, RenderDesc, Source, rotation::RotationDesc};
+use super::{LightGroupName, ObjectPartDesc, OutputDesc, PartsDesc, RenderDesc, Source, rotation::RotationDesc};
 use crate::{
     camera::{CameraDesc, path::Shutter},
     light::{LightDesc, environment::EnvironmentDesc, gradient::GradientDesc, sky::SkyDesc},
@@ -93,9 +93,13 @@ impl SceneDesc {
     /// The names of the light groups, each once; the first has no name and holds the lights that are in no group.
     pub fn light_groups(&self) -> Vec<String> {
         let lights = self.lights.iter().map(|light| &light.group);
-        let objects = self.objects.iter().map(|object| &object.group);
+        let of_object = |object: &'_ ObjectDesc| -> Vec<Option<LightGroupName>> {
+            let parts = object.part.iter().map(|part| part.group.clone());
+            [object.group.clone()].into_iter().chain(parts).collect()
+        };
+        let objects: Vec<Option<LightGroupName>> = self.objects.iter().flat_map(of_object).collect();
         let mut names = vec![String::new()];
-        for group in lights.chain(objects).chain([&self.background.group]).flatten() {
+        for group in lights.chain(&objects).chain([&self.background.group]).flatten() {
             if names.iter().all(|name| name != group.as_str()) {
                 names.push(group.as_str().to_owned());
             }
@@ -105,7 +109,10 @@ impl SceneDesc {
 
     /// Whether any object is a shadow catcher.
     pub fn has_catchers(&self) -> bool {
-        let is_catcher = |object: &ObjectDesc| object.shadow_catcher.as_ref().is_some_and(|given| *given.get_ref());
+        let is_given = |given: &Option<Spanned<bool>>| given.as_ref().is_some_and(|given| *given.get_ref());
+        let is_catcher = |object: &ObjectDesc| {
+            is_given(&object.shadow_catcher) || object.part.iter().any(|part| is_given(&part.shadow_catcher))
+        };
         self.objects.iter().any(is_catcher)
     }
 
@@ -260,6 +267,8 @@ pub struct LightEntry {
 /// | `exclude_lights` | names of lights that do not light it | none |
 /// | `group` | the name of the light group of the light that it emits, see `[[light]]` | none |
 /// | `back_faces` | `"shaded"`, `"black"`, `"culled"` or, of a model, `"file"`: how the sides look to which normals do not point | those of its materials |
+/// | `nodes` | names of nodes of its model that are there, with all below them; `*` is any text, `?` any character | all |
+/// | `part` | tables `[[object.part]]` with settings of some nodes, see below | none |
 /// | `node` | tables by the names of nodes of its model: `transform` and `visible` | those of the file |
 /// | `material_overrides` | by the names of materials of its model: NAME of a `[material.NAME]`, or a table of factors | those of the file |
 ///
@@ -325,6 +334,29 @@ pub struct LightEntry {
 /// Glass = "clear"
 /// ```
 ///
+/// **Parts of a model** have settings of their own by the names of nodes:
+///
+/// ```text
+/// [[object]]
+/// shape.mesh = { file = "car.glb" }
+/// nodes = ["Body*", "Wheel*"]
+///
+/// [[object.part]]
+/// nodes = ["Wheel*"]
+/// material = "rubber"
+/// exclude_lights = ["rim"]
+///
+/// [[object.part]]
+/// nodes = ["Wheel_R", "Antenna"]
+/// visible = false
+/// ```
+///
+/// With `nodes` the object has no others. A part is `nodes` and all below them, with `material`, `visible`, `ray_visibility`, `holdout`,
+/// `shadow_catcher`, `lights`, `exclude_lights`, `group` and `back_faces` in place of those of the object; what it does not give is the object's. A node
+/// belongs to the last part that names it or a node above it, and to no other. Names are those of `node` (a second `Wheel` is `Wheel#2`); in them
+/// `*` stands for any text and `?` for any character, and each must name a node. Lights of the file go with their nodes. Mattes and numbers stay
+/// those of the object's nodes. Over frames `object.NAME.part.0.visible` is a value of the first part.
+///
 /// `translate`, `rotate` and `scale` take the place of those of the node in its parent. Each is `[x, y, z]`, or a table of some of `x`,
 /// `y` and `z`, whose others stay as in the rest pose. A node that is not visible hides those below it. A colour is a number, `[r, g, b]` or
 /// a table of some of them. Names, factors and what they do are in [animation](../animation.md#parts-of-models).
@@ -349,6 +381,11 @@ pub struct ObjectDesc {
     pub exclude_lights: Vec<Spanned<String>>,
     pub group: Option<LightGroupName>,
     pub back_faces: Option<Spanned<ObjectBackFaces>>,
+    /// Names with wildcards of the nodes of a model that are there, with all below them.
+    pub nodes: Option<Vec<Spanned<String>>>,
+    /// The settings of some nodes.
+    #[serde(default)]
+    pub part: Vec<ObjectPartDesc>,
     /// The keys `node` and `material_overrides`.
     #[serde(skip)]
     pub parts: PartsDesc,
@@ -359,6 +396,24 @@ fn yes() -> bool {
 }
 
 impl ObjectDesc {
+    /// The object with the settings of one of its parts.
+    pub fn with_part(&self, part: &ObjectPartDesc) -> Self {
+        let (object, part) = (self.clone(), part.clone());
+        Self {
+            material: part.material.or(object.material),
+            // Nothing of an object is there that is not visible itself.
+            visible: object.visible && part.visible.unwrap_or(true),
+            ray_visibility: part.ray_visibility.unwrap_or(object.ray_visibility),
+            holdout: part.holdout.unwrap_or(object.holdout),
+            shadow_catcher: part.shadow_catcher.or(object.shadow_catcher),
+            lights: part.lights.or(object.lights),
+            exclude_lights: part.exclude_lights.unwrap_or(object.exclude_lights),
+            group: part.group.or(object.group),
+            back_faces: part.back_faces.or(object.back_faces),
+            ..object
+        }
+    }
+
     /// The factor that stands for a scale of exactly 0 in a table. It has an inverse, and an object of 1 m becomes one of 1 nm, which no
     /// picture shows, while its names, its numbers and its motion stay.
     const LEAST_SCALE: f64 = 1e-9;

@@ -220,6 +220,7 @@ impl SceneBuilder {
             role: ObjectRole::default(),
             lit_by: LightSetId::default(),
             back_faces: None,
+            part_of: None,
         });
         ObjectId(self.objects.len() as u32 - 1)
     }

@@ -90,7 +90,7 @@ impl Mattes {
         let of_objects = (0..scene.geometry.objects.len())
             .map(|i| assets.add(scene, i))
             .collect();
-        let mut objects = ObjectMattes::default();
+        let mut objects = ObjectMattes::new(scene);
         for (object, node) in &scene.geometry.named_nodes {
             objects.add(*object, Some(*node));
         }
@@ -254,15 +254,24 @@ impl Scene {
 }
 
 /// The mattes of objects and their nodes, in the order of their first use.
-#[derive(Default)]
-struct ObjectMattes {
+struct ObjectMattes<'a> {
+    scene: &'a Scene,
     keys: Vec<(ObjectId, Option<NodeId>)>,
     known: HashMap<(u32, Option<u32>), u32>,
 }
 
-impl ObjectMattes {
+impl<'a> ObjectMattes<'a> {
+    fn new(scene: &'a Scene) -> Self {
+        Self {
+            scene,
+            keys: Vec::new(),
+            known: HashMap::new(),
+        }
+    }
+
     /// The number of an object's node, by its first use.
     fn add(&mut self, object: ObjectId, node: Option<NodeId>) -> u32 {
+        let object = self.scene.whole_object(object);
         let keys = &mut self.keys;
         let key = (object.0, node.map(|node| node.0));
         *self.known.entry(key).or_insert_with(|| {
@@ -294,7 +303,8 @@ impl ObjectMattes {
         });
         let mut parts: Vec<Part> = seen.collect();
         let visible: HashSet<u32> = parts.iter().map(|part| part.object.0).collect();
-        let unseen = (0..objects as u32).filter(|object| !visible.contains(object));
+        let is_whole = |object: &u32| self.scene.whole_object(ObjectId(*object)) == ObjectId(*object);
+        let unseen = (0..objects as u32).filter(|object| is_whole(object) && !visible.contains(object));
         parts.extend(unseen.map(|object| Part {
             object: ObjectId(object),
             node: None,

@@ -102,6 +102,8 @@ pub struct Object {
     pub lit_by: LightSetId,
     /// `None` where its materials say what its backs are.
     pub back_faces: Option<ObjectBackFaces>,
+    /// The object of which it is a part with settings of its own, and whose name it has.
+    pub part_of: Option<ObjectId>,
 }
 
 /// A range of triangles with the normals and texture coordinates of their vertices.

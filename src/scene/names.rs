@@ -16,6 +16,11 @@ pub struct NodeName {
 }
 
 impl Scene {
+    /// The object of the scene file that an object is or belongs to.
+    pub fn whole_object(&self, object: ObjectId) -> ObjectId {
+        self.geometry.objects[object.0 as usize].part_of.unwrap_or(object)
+    }
+
     /// The names of a node and its ancestors, from the root, separated by slashes. An unnamed node gets its number.
     pub fn node_path(&self, node: NodeId) -> String {
         let mut path = Vec::new();

@@ -16,6 +16,7 @@ mod names;
 mod number;
 mod shown;
 mod unique;
+mod wildcard;
 
 pub use color::{Channel, ColorSource, RgbFactor, ScalarSource};
 pub use exposure::Exposure;
@@ -25,6 +26,7 @@ pub use names::{UnknownName, one_of, unknown_name};
 pub use number::{Coordinate, Count, Direction, Finite, NonNegative, OneOrEach, Point, Positive, UnitInterval, number};
 pub use shown::{one_line, visible};
 pub use unique::unique_names;
+pub use wildcard::matches_wildcards;
 
 /// Byte offsets into a scene file.
 pub type Span = Range<usize>;

@@ -6,6 +6,7 @@ mod back_faces;
 mod light_links;
 mod lights;
 mod measures;
+mod model_parts;
 mod motion_blur;
 mod overrides;
 mod ray_visibility;

@@ -187,6 +187,7 @@ fn read(bytes: &[u8], path: &Path, choice: &ModelChoice, files: &Files) -> Resul
         }
         if let Some((source, at_rest)) = lights.of_node(index)? {
             model.lights.push(at_rest.light(place));
+            model.light_nodes.push(index);
             motion.lights.push(Carried {
                 node: at,
                 source,

@@ -9,6 +9,11 @@ use crate::{
 };
 
 impl SceneBuilder {
+    /// Makes an object a part of another, whose nodes it shares names and numbers with.
+    pub(crate) fn set_part_of(&mut self, object: ObjectId, whole: ObjectId) {
+        self.objects[object.0 as usize].part_of = Some(whole);
+    }
+
     /// Sets the rays that meet an object, and its part in the picture.
     pub fn set_object_visibility(&mut self, object: ObjectId, rays: RayVisibility, role: ObjectRole) {
         let object = &mut self.objects[object.0 as usize];
