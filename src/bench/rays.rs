@@ -14,7 +14,7 @@ use crate::{
         hash::{pcg4d, unit_f32},
         trig,
     },
-    scene::{Scene, SurfaceInteraction},
+    scene::{LightId, Scene, SurfaceInteraction},
 };
 
 named! {
@@ -206,7 +206,7 @@ fn light(scene: &Scene) -> Vec3 {
         .lights
         .all()
         .first()
-        .and_then(|l| l.sample(&scene.shading.light_tables(), center, Vec2::splat(0.5)));
+        .and_then(|l| l.sample(&scene.light_tables(LightId(0)), center, Vec2::splat(0.5)));
     match sample {
         Some(s) => center + s.wi * s.distance.min(2.0 * size),
         None => center + Vec3::new(0.3, 1.0, 0.5) * size,

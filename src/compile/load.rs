@@ -6,13 +6,13 @@ use super::{
     Error,
     background::{self, BackgroundLight},
     compiler::Compiler,
+    light_names::LightNames,
     materials::warn_of_gain,
     models,
     motion::{Movables, SceneMotion},
     options::LoadOptions,
     origin::SceneOrigin,
     placed::{self, LoadedModels, PlacedModel},
-    profiles::ProfileFiles,
 };
 use crate::{
     assets::{
@@ -165,7 +165,7 @@ pub fn load_moving(
     let environment = environment.filter(|_| kept.is_none());
     let has_environment = environment.is_some();
     images.extend(environment);
-    let profiles = ProfileFiles::new(desc).load(desc.folder(), store.files());
+    let profiles = LightNames::new(desc).load(desc.folder(), store.files());
     let (motion, mut bitmaps, profiles) = match (motion, store.images(&images), profiles) {
         (Ok(motion), Ok(bitmaps), Ok(profiles)) => (motion, bitmaps, profiles),
         (motion, bitmaps, profiles) => {
@@ -216,9 +216,9 @@ pub fn load_moving(
 
 impl Compiler<'_> {
     fn lights(&mut self) {
-        let profiles = ProfileFiles::new(self.desc);
+        let names = LightNames::new(self.desc);
         for entry in &self.desc.lights {
-            let light = profiles.find(self.origin, |find| entry.light.compile(find));
+            let light = names.find(self.origin, |find| entry.light.compile(find));
             let Some(light) = self.record(light) else {
                 continue;
             };

@@ -72,7 +72,8 @@ impl<'a> MaterialNames<'a> {
         })
     }
 
-    fn color(&self, source: &Spanned<ColorSource>) -> Result<Color, Problem> {
+    /// The colour of a source.
+    pub fn color(&self, source: &Spanned<ColorSource>) -> Result<Color, Problem> {
         let texture = |name: &str| match self.textures.get(name) {
             Some(id) => Ok(TextureId(*id)),
             None => {

@@ -22,6 +22,7 @@ pub mod default_scene;
 mod error;
 mod instancing;
 mod light_links;
+mod light_names;
 mod load;
 mod materials;
 mod model_lights;
@@ -33,7 +34,6 @@ mod origin;
 mod place;
 mod placed;
 mod points;
-mod profiles;
 mod refresh;
 mod selection;
 

@@ -8,9 +8,9 @@ use std::collections::BTreeSet;
 use super::{
     Error,
     background::{self, BackgroundLight},
+    light_names::LightNames,
     materials::{MaterialNames, warn_of_gain},
     objects::moved_place,
-    profiles::ProfileFiles,
 };
 use crate::{
     assets::{AssetError, Store, image::AlphaUse, model::ImageSource, store::ImageRequest},
@@ -69,7 +69,7 @@ impl Refresher {
         let mut keep = |problem: Problem| problems.push(problem);
         let space = desc.render.working_space;
         let (mut shading, mut update) = (ShadingUpdate::default(), SceneUpdate::default());
-        let (names, profiles) = (MaterialNames::new(desc), ProfileFiles::new(desc));
+        let (names, light_names) = (MaterialNames::new(desc), LightNames::new(desc));
         let own_lights = desc.lights.len() + usize::from(desc.background.sky.is_some());
         let mut is_alike = true;
         let mut painted = Vec::new();
@@ -87,7 +87,7 @@ impl Refresher {
                     shading.materials.push((id, material));
                 }
                 Change::Light(at) => {
-                    let compiled = profiles.find(scene.origin, |find| desc.lights[at].light.compile(find));
+                    let compiled = light_names.find(scene.origin, |find| desc.lights[at].light.compile(find));
                     if let Ok(mut light) = compiled.map_err(&mut keep) {
                         light.convert_colors(space);
                         shading.lights.push((LightId(at as u32), light));

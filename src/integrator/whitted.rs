@@ -114,7 +114,6 @@ impl Integrator for Whitted {
             is_lit_behind: is_behind && !terms.two_sided,
             terms: &terms,
         };
-        let tables = scene.shading.light_tables();
         for (light, id) in scene.lights.all().iter().zip(0..) {
             let u = if light.has_size() {
                 let dimension = Dimension::at(context.path.depth, SampleUse::Bsdf);
@@ -123,7 +122,7 @@ impl Integrator for Whitted {
                 Vec2::splat(0.5)
             };
             if context.is_lit(surface.object, LightId(id))
-                && let Some(sample) = light.sample(&tables, surface.p, u)
+                && let Some(sample) = light.sample(&scene.light_tables(LightId(id)), surface.p, u)
             {
                 point.add_direct(&sample, LightId(id), out);
             }

@@ -4,6 +4,7 @@ use std::f32::consts::PI;
 
 use super::{
     LightSample,
+    area::sample_shape,
     lamp::{Sight, sample_surface, see_surface},
 };
 use crate::{
@@ -48,7 +49,8 @@ impl Ball {
     #[inline]
     pub(super) fn sample(&self, from: Vec3, u: Vec2, intensity: impl Fn(Vec3) -> Rgb) -> Option<LightSample> {
         let radiance = |cos, wi| self.radiance(cos, intensity(wi));
-        sample_surface(&self.shape, from, u, self.sight, radiance)
+        let (point, _) = sample_shape(&self.shape, None, from, u)?;
+        sample_surface(&point, from, self.sight, radiance)
     }
 
     /// See [`LightKind::seen`](super::LightKind::seen).

@@ -3,9 +3,9 @@
 use std::f32::consts::PI;
 
 use super::{
-    OrientationCone, Sidedness, aim,
+    LightFind, OrientationCone, Sidedness, aim,
     profile::{Profile, ProfileId},
-    tables::{LightFind, LightTables},
+    tables::LightTables,
 };
 use crate::{
     math::{Vec3, trig},

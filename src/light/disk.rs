@@ -11,8 +11,9 @@
 //! | `temperature` | of a black body, which colours the light and keeps its luminance, from 500 to 100000 | K | white |
 //! | `exposure` | number of stops: the light is `2^exposure` times as strong | | 0 |
 //! | `ies` | path of an IES file, relative to the scene file: the intensity in each direction, as seen from afar | cd | none |
-//! | `up` | with `ies`, the direction in which its horizontal angle 0 lies | | `[0, 1, 0]`; for a lamp that faces up or down `[0, 0, -1]` |
+//! | `up` | the direction of the top of its texture, and in which the horizontal angle 0 of `ies` lies | | `[0, 1, 0]`; for a lamp that faces up or down `[0, 0, -1]` |
 //! | `spread` | how far the light spreads from the normal, from 0 to 1: up to `spread` times 90 degrees | | 1 |
+//! | `texture` | `"texture.NAME"`: the picture that the surface shows, a factor of its `radiance`; with `power` or `ies` the light of all the picture is that of these | | none |
 //! | `two_sided` | whether both sides emit | | `false` |
 //! | `camera` | whether the camera sees the light | | `false` |
 //! | `reflections` | whether mirrors and other surfaces reflect its picture | | `true` |
@@ -28,10 +29,11 @@ use super::{
     LightFind, Sidedness, aim,
     beam::Beam,
     lamp::{Lamp, Outlet, lamp_desc},
+    picture::{Outline, Picture, Screen},
 };
 use crate::{
     shape::disk,
-    value::{Direction, Point, Positive, Problem, Spanned, UnitInterval},
+    value::{ColorSource, Direction, Point, Positive, Problem, Spanned, UnitInterval},
 };
 
 lamp_desc! {
@@ -42,6 +44,7 @@ lamp_desc! {
         pub up: Option<Direction>,
         pub radius: Positive,
         pub spread: Option<Spanned<UnitInterval>>,
+        pub texture: Option<Spanned<ColorSource>>,
         pub ies: Option<Spanned<String>>,
         pub two_sided: Option<bool>,
     }
@@ -66,10 +69,19 @@ impl DiskDesc {
         } else {
             Sidedness::Front
         };
+        // As it is seen from where it shines: the square around it.
+        let [right, up] = aim::across(axis, self.up).map(|side| side * f64::from(self.radius.0));
+        let screen = Screen {
+            corner: Point::new(self.position.get_ref().0 + right - up).relative_to(find.origin),
+            sides: [right * -2.0, up * 2.0].map(|side| side.as_vec3()),
+            normal: axis,
+            outline: Outline::Ellipse,
+        };
         let outlet = Outlet {
             sidedness,
             spread: self.spread.as_ref(),
             beam: Some(&|scale| Beam::new(&self.ies, (axis, self.up), scale, find)),
+            picture: Picture::new(&self.texture, screen, find)?,
         };
         self.glow(self.position.span()).lamp(shape, &outlet)
     }

@@ -6,12 +6,15 @@
 use std::f32::consts::{FRAC_PI_2, PI};
 
 use super::{
-    AreaBlock, LightBounds, LightKind, LightSample, LightTables, OrientationCone, Sidedness, area,
+    AreaBlock, LightBounds, LightKind, LightSample, LightTables, OrientationCone, PictureMap, Sidedness,
+    area::{self, AreaSample},
     beam::{Beam, BeamScale},
+    picture::Picture,
 };
 use crate::{
     math::{Ray, Rgb, Vec2, Vec3, WorkingSpace},
     shape::{Shape, ShapeHit},
+    texture::Textures,
     value::{Finite, Positive, Problem, RgbFactor, Span, Spanned, UnitInterval},
 };
 
@@ -73,6 +76,8 @@ pub(super) struct Outlet<'a> {
     pub spread: Option<&'a Spanned<UnitInterval>>,
     /// The distribution of a file, by its scale.
     pub beam: Option<&'a dyn Fn(BeamScale) -> Result<Option<Beam>, Problem>>,
+    /// The picture that it shows.
+    pub picture: Option<Picture>,
 }
 
 impl Outlet<'_> {
@@ -81,6 +86,7 @@ impl Outlet<'_> {
         sidedness: Sidedness::Front,
         spread: None,
         beam: None,
+        picture: None,
     };
 }
 
@@ -127,6 +133,10 @@ impl Glow<'_> {
             radiance: radiance * factor,
             sidedness,
             focus: outlet.spread.and_then(|spread| Focus::new(spread.get_ref().0)),
+            picture: outlet.picture.map(|picture| Picture {
+                is_mean: self.power.is_some() || beam.is_some(),
+                ..picture
+            }),
             beam,
             sight: self.sight,
         })
@@ -168,7 +178,7 @@ impl Focus {
     }
 }
 
-/// A light with a surface that emits alike everywhere.
+/// A light with a surface, which emits alike everywhere unless it shows a picture.
 #[derive(Clone, Copy, Debug)]
 pub struct Lamp {
     shape: Shape,
@@ -177,6 +187,7 @@ pub struct Lamp {
     sidedness: Sidedness,
     focus: Option<Focus>,
     beam: Option<Beam>,
+    picture: Option<Picture>,
     sight: Sight,
 }
 
@@ -198,6 +209,28 @@ impl Lamp {
             // Seen from afar the surface has the intensity of the beam.
             (None, Some(beam)) => self.radiance * (beam.intensity(tables, w) / cos.max(MIN_BEAM_COS)),
         }
+    }
+
+    /// The picture with its light.
+    #[inline]
+    fn shown<'a>(&self, tables: &LightTables<'a>) -> Option<(&Picture, &'a PictureMap)> {
+        self.picture.as_ref().zip(tables.picture)
+    }
+
+    /// The factor of the radiance at a point of the surface.
+    #[inline]
+    fn tint(&self, tables: &LightTables<'_>, p: Vec3) -> Option<Rgb> {
+        let (picture, map) = self.shown(tables)?;
+        Some(picture.factor(&tables.textures, map, p))
+    }
+
+    /// Samples a point of the surface as it is seen from `from`.
+    #[inline]
+    fn sample_point(&self, tables: &LightTables<'_>, from: Vec3, u: Vec2) -> Option<AreaSample> {
+        let of_picture = self
+            .shown(tables)
+            .and_then(|(picture, map)| picture.sample(map, from, u));
+        of_picture.unwrap_or_else(|| area::sample_shape(&self.shape, None, from, u).map(|(point, _)| point))
     }
 
     /// The directions of the light, and the largest intensity there, of a flat surface.
@@ -224,8 +257,12 @@ impl Lamp {
 impl LightKind for Lamp {
     #[inline]
     fn sample(&self, tables: &LightTables<'_>, from: Vec3, u: Vec2) -> Option<LightSample> {
-        let radiance = |cos, wi: Vec3| self.towards(tables, cos, -wi);
-        sample_surface(&self.shape, from, u, self.sight, radiance)
+        let point = self.sample_point(tables, from, u)?;
+        let tint = self.tint(tables, point.p);
+        sample_surface(&point, from, self.sight, |cos, wi| {
+            let radiance = self.towards(tables, cos, -wi);
+            tint.map_or(radiance, |tint| radiance * tint)
+        })
     }
 
     fn bounds(&self, tables: &LightTables<'_>) -> Option<LightBounds> {
@@ -239,6 +276,9 @@ impl LightKind for Lamp {
             });
         };
         let (directions, power) = self.flat_bounds(tables, normal);
+        let power = self
+            .shown(tables)
+            .map_or(power, |(picture, map)| power * picture.mean_factor(map));
         Some(LightBounds {
             bounds,
             directions,
@@ -268,30 +308,39 @@ impl LightKind for Lamp {
 
     #[inline]
     fn seen(&self, tables: &LightTables<'_>, from: Vec3, w: Vec3, hit: &ShapeHit) -> (Rgb, f32) {
-        see_surface(&self.shape, from, w, hit, |cos| self.towards(tables, cos, -w))
+        let (radiance, pdf) = see_surface(&self.shape, from, w, hit, |cos| self.towards(tables, cos, -w));
+        let Some((picture, map)) = self.shown(tables) else {
+            return (radiance, pdf);
+        };
+        let p = from + w * hit.t;
+        let tint = picture.factor(&tables.textures, map, p);
+        (radiance * tint, picture.pdf(map, from, p).unwrap_or(pdf))
+    }
+
+    fn picture(&self, textures: &Textures<'_>) -> Option<PictureMap> {
+        self.picture.as_ref().map(|picture| picture.map(textures))
     }
 
     #[inline]
     fn put_in_block(&self, lane: usize, block: &mut AreaBlock) -> bool {
-        let is_plain = self.focus.is_none() && self.beam.is_none() && self.sight.reflections;
+        let is_even = self.focus.is_none() && self.beam.is_none() && self.picture.is_none();
+        let is_plain = is_even && self.sight.reflections;
         block.set_emission(lane, self.radiance, self.sidedness);
         is_plain && self.shape.put_in_block(lane, &mut block.points)
     }
 }
 
-/// Samples the light of a surface at `from`; `radiance` is that at a cosine from the normal and against the unit direction to the light.
+/// The light at `from` of a sampled point of a surface; `radiance` is that at a cosine from the normal and against the unit direction to the light.
 ///
 /// Where rays of reflections do not find the surface, light sampling must find all of its light, so that the sample has no density to weigh
 /// it against.
 #[inline]
 pub(super) fn sample_surface(
-    shape: &Shape,
+    point: &AreaSample,
     from: Vec3,
-    u: Vec2,
     sight: Sight,
     radiance: impl Fn(f32, Vec3) -> Rgb,
 ) -> Option<LightSample> {
-    let (point, _) = area::sample_shape(shape, None, from, u)?;
     let sample = point.light(from, Rgb::BLACK)?;
     let li = radiance(-point.ng.dot(sample.wi), sample.wi);
     let (li, pdf) = if sight.reflections {
@@ -303,7 +352,7 @@ pub(super) fn sample_surface(
 }
 
 /// The radiance that a surface sends to `from` from the hit of the ray along the unit direction `w`, and the density with which
-/// [`sample_surface`] samples `w`, in sr^-1; `radiance` is that at a cosine from the normal.
+/// [`area::sample_shape`] samples `w`, in sr^-1; `radiance` is that at a cosine from the normal.
 #[inline]
 pub(super) fn see_surface(
     shape: &Shape,

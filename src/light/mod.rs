@@ -9,6 +9,7 @@ use crate::{
     kind::kinds,
     math::{Aabb, Rgb, Vec2, Vec3, WorkingSpace},
     shape::{Shape, ShapeHit},
+    texture::Textures,
     value::{Problem, Spanned},
 };
 
@@ -20,9 +21,11 @@ mod beam;
 pub mod bounds;
 pub mod disk;
 pub mod environment;
+mod find;
 pub mod gradient;
 pub mod lamp;
 mod light_block;
+mod picture;
 pub mod point;
 pub mod profile;
 pub mod rect;
@@ -38,10 +41,12 @@ pub mod tube;
 pub use crate::math::Sidedness;
 pub use area_block::AreaBlock;
 pub use bounds::{LightBounds, OrientationCone};
+pub use find::LightFind;
 pub use lamp::Sight;
 pub use light_block::LightBlock;
+pub use picture::PictureMap;
 pub use profile::{Profile, ProfileId};
-pub use tables::{LightFind, LightTables};
+pub use tables::LightTables;
 
 /// Light that arrives at a point from one direction.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -74,6 +79,11 @@ pub trait LightKind {
 
     /// Converts all colours from Rec. 709 to a working space.
     fn convert_colors(&mut self, space: WorkingSpace);
+
+    /// The light of its picture, if it has one.
+    fn picture(&self, _textures: &Textures<'_>) -> Option<PictureMap> {
+        None
+    }
 
     /// Whether [`LightKind::sample`] reads its numbers.
     fn has_size(&self) -> bool {
@@ -131,6 +141,8 @@ kinds! {
     }
     /// See [`LightKind::sample`].
     fn sample(&self, tables: &LightTables<'_>, from: Vec3, u: Vec2) -> Option<LightSample>;
+    /// See [`LightKind::picture`].
+    fn picture(&self, textures: &Textures<'_>) -> Option<PictureMap>;
     /// See [`LightKind::bounds`].
     fn bounds(&self, tables: &LightTables<'_>) -> Option<LightBounds>;
     /// See [`LightKind::reaches`].

@@ -273,7 +273,7 @@ mod tests {
             falloff,
             ..PointLight::new(Vec3::new(0.0, 2.0, 0.0), Rgb::gray(8.0))
         };
-        let tables = LightTables::default();
+        let tables = LightTables::NONE;
         let at = |falloff, y| {
             let sample = light(falloff).sample(&tables, Vec3::new(0.0, y, 0.0), Vec2::ZERO);
             sample.expect("lit")

@@ -13,6 +13,7 @@
 //! | `exposure` | number of stops: the light is `2^exposure` times as strong | | 0 |
 //! | `ies` | path of an IES file, relative to the scene file: the intensity in each direction, as seen from afar, see below | cd | none |
 //! | `spread` | how far the light spreads from the normal, from 0 to 1: up to `spread` times 90 degrees | | 1 |
+//! | `texture` | `"texture.NAME"`: the picture that the surface shows, a factor of its `radiance`; with `power` or `ies` the light of all the picture is that of these | | none |
 //! | `two_sided` | whether both sides emit | | `false` |
 //! | `camera` | whether the camera sees the light | | `false` |
 //! | `reflections` | whether mirrors and other surfaces reflect its picture | | `true` |
@@ -29,6 +30,19 @@
 //! With a `spread` below 1 the light is concentrated as the grid of a soft box does, and its power stays the same. With
 //! `reflections = false` only light sampling finds the light: mirrors and clear glass do not show it, and rough surfaces have more noise.
 //!
+//! A `texture` is the picture of a screen or a window: the camera, reflections and light sampling see it alike. It is upright as seen from
+//! where the light shines, and fills the rectangle; a disk shows the part within the circle that touches its sides. Bright parts of a dark
+//! picture are sampled more often, so that a small lamp in a large picture has little noise. An `image` with `wrap = "clamp"` does not mix
+//! the colours of opposite edges.
+//!
+//! ```toml
+//! [texture.screen]
+//! image = { file = "screen.png", wrap = "clamp" }
+//!
+//! [[light]]
+//! rect = { position = [0, 1.2, -1], direction = [0, 0, 1], size = [1.6, 0.9], power = 40, texture = "texture.screen", camera = true }
+//! ```
+//!
 //! With `ies` the light has the intensities of an IES file as seen from afar: the radiance in a direction is the intensity by the area that
 //! is seen from there. The page of [`point`](point.md#ies-files) tells how the file is turned and which unit it has. Light that the file
 //! sends backwards needs `two_sided = true`, else it is left out; `power` is that of the light which leaves the surface. Within half a degree
@@ -40,10 +54,11 @@ use super::{
     LightFind, Sidedness, aim,
     beam::Beam,
     lamp::{Lamp, Outlet, lamp_desc},
+    picture::{Outline, Picture, Screen},
 };
 use crate::{
     shape::quad::QuadDesc,
-    value::{Direction, List, Point, Positive, Problem, Spanned, UnitInterval},
+    value::{ColorSource, Direction, List, Point, Positive, Problem, Spanned, UnitInterval},
 };
 
 lamp_desc! {
@@ -54,6 +69,7 @@ lamp_desc! {
         pub up: Option<Direction>,
         pub size: List<Positive, 2>,
         pub spread: Option<Spanned<UnitInterval>>,
+        pub texture: Option<Spanned<ColorSource>>,
         pub ies: Option<Spanned<String>>,
         pub two_sided: Option<bool>,
     }
@@ -84,10 +100,18 @@ impl RectDesc {
         } else {
             Sidedness::Front
         };
+        // As it is seen from where it shines.
+        let screen = Screen {
+            corner: Point::new(center + right - up).relative_to(find.origin),
+            sides: [right * -2.0, up * 2.0].map(|side| side.as_vec3()),
+            normal: axis,
+            outline: Outline::Rectangle,
+        };
         let outlet = Outlet {
             sidedness,
             spread: self.spread.as_ref(),
             beam: Some(&|scale| Beam::new(&self.ies, (axis, self.up), scale, find)),
+            picture: Picture::new(&self.texture, screen, find)?,
         };
         self.glow(self.position.span()).lamp(shape, &outlet)
     }

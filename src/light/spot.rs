@@ -201,7 +201,7 @@ mod tests {
         let s = spot("target = [0, 0, 0]\ncone_angle = 45\npenumbra_angle = 15").expect("valid");
         let at = |degrees: f32| {
             let x = trig::tan(trig::radians(degrees));
-            s.sample(&LightTables::default(), Vec3::new(x, 0.0, 0.0), Vec2::ZERO)
+            s.sample(&LightTables::NONE, Vec3::new(x, 0.0, 0.0), Vec2::ZERO)
                 .map_or(0.0, |l| l.li.r * l.distance * l.distance)
         };
         assert!((at(0.0) - 4.0).abs() < 1e-5);
@@ -209,7 +209,7 @@ mod tests {
         assert!(at(38.0) > 0.5 && at(38.0) < 3.5);
         assert_eq!(at(45.1), 0.0);
         let above = Vec3::new(0.0, 2.0, 0.0);
-        assert!(s.sample(&LightTables::default(), above, Vec2::ZERO).is_none());
+        assert!(s.sample(&LightTables::NONE, above, Vec2::ZERO).is_none());
     }
 
     #[test]

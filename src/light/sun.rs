@@ -213,7 +213,7 @@ mod tests {
             let (n, mut irradiance) = (64, 0.0);
             for i in 0..n * n {
                 let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
-                let s = sun.sample(&LightTables::default(), Vec3::ZERO, u).expect("it shines");
+                let s = sun.sample(&LightTables::NONE, Vec3::ZERO, u).expect("it shines");
                 let pdf = s.pdf.expect("it has size");
                 assert_eq!(sun.radiance_towards(s.wi), Some((s.li, pdf)), "{degrees}");
                 irradiance += f64::from(s.li.r * -s.wi.dot(sun.direction) / pdf);
@@ -230,7 +230,7 @@ mod tests {
             let (n, mut irradiance) = (200, 0.0);
             for i in 0..n * n {
                 let u = Vec2::new((i % n) as f32 + 0.5, (i / n) as f32 + 0.5) / n as f32;
-                let s = sun.sample(&LightTables::default(), Vec3::ZERO, u).expect("it shines");
+                let s = sun.sample(&LightTables::NONE, Vec3::ZERO, u).expect("it shines");
                 irradiance += f64::from(s.li.r * -s.wi.dot(sun.direction) / s.pdf.expect("it has size"));
             }
             let mean = irradiance / f64::from(n * n);

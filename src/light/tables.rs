@@ -1,35 +1,25 @@
-//! What lights refer to: the profiles of a scene.
+//! What lights refer to: the profiles, textures and pictures of a scene.
 
-use super::profile::{Profile, ProfileId};
-use crate::{
-    math::DVec3,
-    value::{Problem, Spanned},
-};
+use super::{picture::PictureMap, profile::Profile};
+use crate::texture::Textures;
 
 /// The tables of a scene that its lights refer to by ids.
-#[derive(Clone, Copy, Debug, Default)]
+#[derive(Clone, Copy, Debug)]
 pub struct LightTables<'a> {
     pub profiles: &'a [Profile],
+    pub textures: Textures<'a>,
+    /// The light of the picture of this very light, if it has one.
+    pub picture: Option<&'a PictureMap>,
 }
 
-/// The place of a scene and the look-up of names, with which its lights are compiled.
-pub struct LightFind<'a> {
-    /// The scene's origin in world space.
-    pub origin: DVec3,
-    /// The profile of a file.
-    pub profile: &'a dyn Fn(&Spanned<String>) -> Result<ProfileId, Problem>,
-}
-
-fn no_profile(file: &Spanned<String>) -> Result<ProfileId, Problem> {
-    Err(Problem::at(file.span(), "there are no files of profiles here"))
-}
-
-impl LightFind<'_> {
-    /// That of lights which refer to nothing.
-    pub fn nothing(origin: DVec3) -> Self {
-        Self {
-            origin,
-            profile: &no_profile,
-        }
-    }
+impl LightTables<'_> {
+    /// No tables, of lights that refer to none.
+    pub const NONE: Self = Self {
+        profiles: &[],
+        textures: Textures {
+            textures: &[],
+            bitmaps: &[],
+        },
+        picture: None,
+    };
 }

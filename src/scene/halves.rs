@@ -193,11 +193,13 @@ impl SceneShading {
         }
     }
 
-    /// The tables that analytic lights refer to.
+    /// The tables that analytic lights refer to, without pictures.
     #[inline(always)]
     pub fn light_tables(&self) -> LightTables<'_> {
         LightTables {
             profiles: &self.profiles,
+            textures: self.textures(),
+            picture: None,
         }
     }
 

@@ -106,10 +106,11 @@ impl Lamps {
         self.all.is_empty()
     }
 
-    /// The lamps among these lights that `ray`, whose direction is unit, meets, in the order of the lights.
-    pub fn along(
+    /// The lamps among `lights` that `ray`, whose direction is unit, meets, in the order of the lights.
+    pub fn along<'a>(
         &self,
-        (lights, tables): (&[Light], LightTables<'_>),
+        lights: &[Light],
+        tables: impl Fn(LightId) -> LightTables<'a>,
         ray: Ray,
         is_from_camera: bool,
     ) -> impl Iterator<Item = LampHit> {
@@ -122,7 +123,7 @@ impl Lamps {
             let Sight { camera, reflections } = lamp.sight;
             let is_seen = if is_from_camera { camera } else { reflections };
             let hit: ShapeHit = is_seen.then(|| lamp.shape.intersect(&ray)).flatten()?;
-            let (radiance, pdf) = lights[lamp.light.0 as usize].seen(&tables, ray.o, ray.d, &hit);
+            let (radiance, pdf) = lights[lamp.light.0 as usize].seen(&tables(lamp.light), ray.o, ray.d, &hit);
             (!radiance.is_black()).then_some(LampHit {
                 light: lamp.light,
                 t: hit.t,

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use super::{EmitterId, Emitters, LightId, SceneGeometry, SceneShading, lamps::Lamps};
 use crate::{
     light::{
-        Light,
+        Light, LightTables, PictureMap,
         tree::{LightTree, TreeChoice},
     },
     math::{
@@ -92,6 +92,8 @@ pub enum LightSource<'a> {
 #[derive(Clone, Debug)]
 pub struct Lights {
     all: Arc<[Light]>,
+    /// The pictures of `all`; empty if no light has one.
+    pictures: Vec<Option<Arc<PictureMap>>>,
     emitters: Emitters,
     background: Option<LightId>,
     /// The infinite lights, except the background.
@@ -120,8 +122,16 @@ impl Lights {
         let bounds = emitters.bounds(geometry, shading);
         let radiance = &shading.background.radiance;
         let (mut points, mut point_bounds, mut infinite, mut suns) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
+        let textures = shading.textures();
+        let mut pictures: Vec<_> = all.iter().map(|light| light.picture(&textures).map(Arc::new)).collect();
+        if pictures.iter().all(Option::is_none) {
+            pictures.clear();
+        }
         for (light, id) in all.iter().zip((0..).map(LightId)) {
-            let bounds = light.bounds(&tables);
+            let bounds = light.bounds(&LightTables {
+                picture: picture(&pictures, id),
+                ..tables
+            });
             if light.has_size() && bounds.is_none() {
                 suns.push(id);
             }
@@ -155,6 +165,7 @@ impl Lights {
                 && suns.iter().any(|sun| all[sun.0 as usize].is_seen_by_camera()),
             suns,
             all,
+            pictures,
             points,
             point_tree: LightTree::build(point_bounds.into_iter()),
             dark_emitters: bounds.without_area,
@@ -166,6 +177,17 @@ impl Lights {
     /// The analytic lights.
     pub fn all(&self) -> &[Light] {
         &self.all
+    }
+
+    /// The light of the picture of an analytic light, if it has one.
+    #[inline]
+    pub fn picture(&self, light: LightId) -> Option<&PictureMap> {
+        picture(&self.pictures, light)
+    }
+
+    /// Whether an analytic light has a picture.
+    pub fn has_pictures(&self) -> bool {
+        !self.pictures.is_empty()
     }
 
     pub fn emitters(&self) -> &Emitters {
@@ -385,6 +407,12 @@ impl Lights {
         };
         pmf as f32
     }
+}
+
+/// See [`Lights::picture`].
+#[inline]
+fn picture(pictures: &[Option<Arc<PictureMap>>], light: LightId) -> Option<&PictureMap> {
+    pictures.get(light.0 as usize)?.as_deref()
 }
 
 /// Extends `u` beyond single precision, which a tree of a million lights needs. The extra digits are a hash of the point.

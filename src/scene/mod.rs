@@ -13,7 +13,7 @@ use back_faces::UsedBackFaces;
 use crate::{
     bsdf::Bsdf,
     geometry::Hit,
-    light::LightSample,
+    light::{LightSample, LightTables},
     material::{BatchKind, Material, MaterialId},
     math::{DVec3, Ray, Rgb, Transform, Vec2, Vec3, Vec4},
     texture::{TexturePoint, Textures},
@@ -249,12 +249,21 @@ impl Scene {
         }
     }
 
+    /// The tables that an analytic light refers to.
+    #[inline]
+    pub fn light_tables(&self, light: LightId) -> LightTables<'_> {
+        LightTables {
+            picture: self.lights.picture(light),
+            ..self.shading.light_tables()
+        }
+    }
+
     /// Samples a direction from which `light` illuminates `from`, by two uniform numbers in `[0, 1)`; `None` if no light
     /// arrives.
     #[inline]
     pub fn sample_light(&self, light: LightId, from: Vec3, u: Vec2) -> Option<LightSample> {
         match self.lights.source(light) {
-            LightSource::Analytic(own) => own.sample(&self.shading.light_tables(), from, u),
+            LightSource::Analytic(own) => own.sample(&self.light_tables(light), from, u),
             LightSource::Emitter(emitter) => self.sample_emitter(emitter, from, u),
             LightSource::Background => self.shading.background.radiance.sample(self.geometry.accel.simd(), u),
         }
@@ -281,10 +290,10 @@ impl Scene {
     /// for another one.
     pub fn lamps_along(&self, ray: &Ray, end: f32, is_from_camera: bool) -> impl Iterator<Item = LampHit> {
         let ray = Ray { tmax: end, ..*ray };
-        let tables = self.shading.light_tables();
+        let tables = |light| self.light_tables(light);
         self.lights
             .lamps()
-            .along((self.lights.all(), tables), ray, is_from_camera)
+            .along(self.lights.all(), tables, ray, is_from_camera)
     }
 
     /// The density, in sr^-1, with which light sampling at `at` samples the unit direction `w`, along which a ray from `at`

@@ -142,8 +142,9 @@ impl Scene {
         for (id, material) in &update.materials {
             shines |= material.emission().is_some() || shading.material(*id).emission().is_some();
         }
-        // The light of textured emitters depends on their textures.
-        shines |= !update.textures.is_empty() && self.lights.emitters().count() > 0;
+        // The light of textured emitters and lamps depends on their textures.
+        let is_textured = self.lights.emitters().count() > 0 || self.lights.has_pictures();
+        shines |= !update.textures.is_empty() && is_textured;
         shading.update(update);
         if shines {
             self.lights = Lights::new(&self.geometry, &self.shading);

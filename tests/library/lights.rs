@@ -34,7 +34,7 @@ material = "ball"
 shape.sphere = { center = [0, 0.7, 0], radius = 0.7 }
 "#;
 
-const LIGHTS: [(&str, &str); 5] = [
+const LIGHTS: [(&str, &str); 7] = [
     (
         "one lamp, stretched",
         r#"
@@ -96,6 +96,32 @@ tube = { from = [-1, 1.2, -1.5], to = [1, 2.2, -1.5], radius = 0.1, power = 20 }
 spot = { position = [0, 3, 1], target = [0, 0, 0], cone_angle = 40, penumbra_angle = 20, power = 60, radius = 0.4 }
 [[light]]
 point = { position = [-2, 1.5, -1], intensity = 2, radius = 0.3, reflections = false }
+"#,
+    ),
+    (
+        "lamps of IES files",
+        r#"
+[[light]]
+disk = { position = [-1.2, 1.6, 1], direction = [0.3, -1, 0], radius = 0.4, ies = "scenes/kinds/wall-washer.ies", power = 40 }
+[[light]]
+rect = { position = [1.6, 1.5, -0.5], direction = [-1, -0.6, 0.2], size = [0.8, 0.5], ies = "scenes/kinds/wall-washer.ies", power = 20, two_sided = true }
+[[light]]
+spot = { position = [0, 3, 1], target = [0, 0, 0], cone_angle = 40, ies = "scenes/kinds/wall-washer.ies", power = 90, radius = 0.4 }
+[[light]]
+point = { position = [-2, 1.5, -1], ies = "scenes/kinds/wall-washer.ies", power = 20 }
+"#,
+    ),
+    (
+        "lamps with pictures",
+        r#"
+[texture.stripes]
+image = { file = "scenes/assignment/stripes.bmp", wrap = "clamp" }
+[[light]]
+rect = { position = [-1.5, 2, 1], target = [0, 0.5, 0], size = [1.5, 0.9], power = 40, texture = "texture.stripes" }
+[[light]]
+disk = { position = [1.6, 1.5, 0.4], direction = [-1, -0.5, 0], radius = 0.5, radiance = 5, spread = 0.8, texture = "texture.board", two_sided = true }
+[[light]]
+rect = { position = [0, 1.5, -1.6], direction = [0, -0.4, 1], size = [2, 1], radiance = 3, texture = "texture.stripes", reflections = false }
 "#,
     ),
     (
@@ -164,7 +190,7 @@ fn every_strategy_renders_the_same_picture() {
             for (other, found) in [("light", &light), ("bsdf", &bsdf)] {
                 let (m, v) = statistics(found, part);
                 let z = (mean - m).abs() / (variance + v).sqrt().max(1e-9);
-                // Ten pictures: Student's t with about 18 degrees of freedom, 40 comparisons.
+                // Ten pictures: Student's t with about 18 degrees of freedom, 70 comparisons.
                 assert!(z < 4.8, "{name}, part {part}: mis {mean}, {other} {m}, {z} deviations");
             }
         }

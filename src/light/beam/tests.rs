@@ -43,6 +43,7 @@ fn number(i: u32) -> f32 {
 fn irradiance(light: &Light, profile: &Profile, from: Vec3) -> f32 {
     let tables = LightTables {
         profiles: std::slice::from_ref(profile),
+        ..LightTables::NONE
     };
     let n = if light.has_size() { 4096 } else { 1 };
     let samples = (0..n).filter_map(|i| {
@@ -130,6 +131,7 @@ fn a_disk_with_a_cosine_is_a_disk_of_constant_radiance() {
     let plain = light(&format!("disk = {{ {keys}, radiance = {} }}", 1.0 / area));
     let tables = LightTables {
         profiles: std::slice::from_ref(&profile),
+        ..LightTables::NONE
     };
     let mut lit = 0;
     for i in 0..2000 {
@@ -163,6 +165,7 @@ fn a_ray_along_a_sample_finds_the_light_of_the_file() {
     });
     let tables = LightTables {
         profiles: std::slice::from_ref(&profile),
+        ..LightTables::NONE
     };
     let lamps = [
         "point = { position = [0, 3, 0], ies = '', radius = 0.4 }",

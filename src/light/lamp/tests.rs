@@ -17,7 +17,7 @@ const LAMPS: [&str; 8] = [
 ];
 
 /// No light here refers to a table.
-const NONE: LightTables = LightTables { profiles: &[] };
+const NONE: LightTables = LightTables::NONE;
 
 fn light(text: &str) -> Light {
     let desc: LightDesc = toml::from_str(text).expect("a light");

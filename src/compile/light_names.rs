@@ -1,7 +1,8 @@
-//! The profiles of lights, by the files that a scene names.
+//! What lights of a scene name: files of profiles, and textures.
 
 use std::path::Path;
 
+use super::materials::MaterialNames;
 use crate::{
     assets::{AssetError, Files, ies},
     describe::SceneDesc,
@@ -10,27 +11,31 @@ use crate::{
     value::{Problem, Spanned},
 };
 
-/// The files of the profiles of a scene, each once, in the order of their ids.
-#[derive(Clone, Debug, Default)]
-pub(super) struct ProfileFiles {
-    names: Vec<String>,
+/// What the lights of a scene name.
+pub(super) struct LightNames<'a> {
+    /// The files of profiles, each once, in the order of their ids.
+    files: Vec<String>,
+    textures: MaterialNames<'a>,
 }
 
-impl ProfileFiles {
-    pub fn new(desc: &SceneDesc) -> Self {
-        let mut names: Vec<String> = Vec::new();
+impl<'a> LightNames<'a> {
+    pub fn new(desc: &'a SceneDesc) -> Self {
+        let mut files: Vec<String> = Vec::new();
         for file in desc.lights.iter().filter_map(|entry| entry.light.ies()) {
-            if !names.contains(file.get_ref()) {
-                names.push(file.get_ref().clone());
+            if !files.contains(file.get_ref()) {
+                files.push(file.get_ref().clone());
             }
         }
-        Self { names }
+        Self {
+            files,
+            textures: MaterialNames::new(desc),
+        }
     }
 
-    /// Loads the files, whose names are relative to `folder`, or says what is wrong with each that is broken.
+    /// Loads the files of profiles, whose names are relative to `folder`, or says what is wrong with each that is broken.
     pub fn load(&self, folder: &Path, files: &Files) -> Result<Vec<Profile>, Vec<AssetError>> {
         let (mut profiles, mut errors) = (Vec::new(), Vec::new());
-        for name in &self.names {
+        for name in &self.files {
             match ies::load(&folder.join(name), files) {
                 Ok(profile) => profiles.push(profile),
                 Err(error) => errors.push(error.into()),
@@ -42,13 +47,14 @@ impl ProfileFiles {
     /// Calls `with` to compile lights of a scene with this origin.
     pub fn find<T>(&self, origin: DVec3, with: impl FnOnce(&LightFind<'_>) -> T) -> T {
         let profile = |file: &Spanned<String>| {
-            let at = self.names.iter().position(|name| name == file.get_ref());
+            let at = self.files.iter().position(|name| name == file.get_ref());
             let unknown = || Problem::at(file.span(), "the file of this light changes over time");
             at.map(|at| ProfileId(at as u32)).ok_or_else(unknown)
         };
         with(&LightFind {
             origin,
             profile: &profile,
+            color: &|source| self.textures.color(source),
         })
     }
 }
