@@ -210,7 +210,7 @@ mod tests {
                     integral(&facets, direction(cos), 160),
                     facets.mirrors(&facets.albedo(), direction(cos)),
                 );
-                if !(-3e-4..0.0065).contains(&(said - is)) {
+                if !(-3e-4..0.0075).contains(&(said - is)) {
                     wrong.push(format!("{roughness} {cos}: {is} {said} {}", said - is));
                 }
             }
