@@ -2,7 +2,10 @@
 
 use std::path::PathBuf;
 
-use super::{OverBudget, ies::IesError, image::ImageError, model_format::ModelError, model_formats};
+use super::{
+    OverBudget, ies::IesError, image::ImageError, model_format::ModelError, model_formats,
+    subdivision::SubdivisionProblem,
+};
 
 /// Why a file was not loaded.
 #[derive(Debug, thiserror::Error)]
@@ -33,6 +36,8 @@ pub enum AssetError {
     NoAnimations { path: PathBuf },
     #[error("broken light of a model: {cause}: {}", path.display())]
     Light { cause: String, path: PathBuf },
+    #[error("{cause}: {}", path.display())]
+    Subdivision { cause: SubdivisionProblem, path: PathBuf },
     #[error("{}: {}", path.display(), losses.join("; "))]
     Incomplete { losses: Vec<String>, path: PathBuf },
     #[error("{triangles} triangles are more than the {limit} that there can be: {}", path.display())]
@@ -70,6 +75,7 @@ impl AssetError {
             | Self::NoAnimations { .. }
             | Self::Light { .. }
             | Self::NoCamera { .. }
+            | Self::Subdivision { .. }
             | Self::Incomplete { .. }
             | Self::Material { .. }
             | Self::TooManyTriangles { .. }

@@ -138,6 +138,12 @@ impl EncodedImage {
         counted.map_err(|cause| ImageProblem::from(cause).at(&self.path))
     }
 
+    /// Checks the memory of its bitmap and of decoding it.
+    pub fn check(&self, memory: &MemoryBudget) -> Result<(), ImageError> {
+        let checked = memory.check(MemoryKind::Images, self.memory(0).saturating_mul(2));
+        checked.map_err(|cause| ImageProblem::from(cause).at(&self.path))
+    }
+
     /// Decodes it and halves its size `halvings` times.
     pub fn decode(&self, halvings: u32, memory: &MemoryBudget) -> Result<Bitmap, ImageError> {
         let decoded = if self.bytes.starts_with(&exr::MAGIC) {

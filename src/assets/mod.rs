@@ -3,12 +3,15 @@
 mod asset_error;
 mod bare;
 pub mod camera_path;
+pub mod displacement;
 mod edited;
 pub mod files;
 pub mod gltf;
 mod gzip;
+mod heights;
 pub mod ies;
 pub mod image;
+mod load_model;
 pub mod memory;
 pub mod model;
 pub mod model_format;
@@ -20,6 +23,7 @@ pub mod points;
 mod repair;
 pub mod stl;
 pub mod store;
+mod subdivision;
 mod tangents;
 mod views;
 

@@ -9,6 +9,7 @@ use std::{
 use glam::DAffine3;
 
 use super::{
+    displacement::Displacement,
     motion::{EditedParts, ModelClip, ModelEdits, ModelPose, Motion},
     points::PointCloud,
 };
@@ -25,7 +26,10 @@ use crate::{
 };
 
 pub use super::views::{ModelCamera, ModelLight, ModelLightKind, ModelView};
-pub use crate::shape::mesh::{AnimationChoice, LightUnits, SceneChoice};
+pub use crate::shape::mesh::{AnimationChoice, LightUnits, SceneChoice, Subdivision};
+
+/// The most triangles that a scene stores.
+pub const MAX_TRIANGLES: u64 = 1 << 27;
 
 /// The feature of models with animations.
 pub const ANIMATIONS: &str = "animations";
@@ -44,6 +48,29 @@ pub struct ModelChoice {
     pub animation: Option<AnimationChoice>,
     /// The nodes and materials of which values replace some.
     pub edited: EditedParts,
+    /// How its meshes are subdivided; `None` for not at all.
+    pub subdivision: Option<Subdivision>,
+    /// How they are displaced afterwards.
+    pub displacement: Option<Displacement>,
+}
+
+/// The faces that a loader keeps.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum FaceUse {
+    /// Triangles alone.
+    Triangles,
+    /// [`Mesh::polygons`] as well.
+    Polygons,
+}
+
+impl ModelChoice {
+    /// The faces that it needs.
+    pub fn face_use(&self) -> FaceUse {
+        match self.subdivision {
+            Some(_) => FaceUse::Polygons,
+            None => FaceUse::Triangles,
+        }
+    }
 }
 
 /// A model, in its own space: right-handed, +y up, metres.

@@ -22,6 +22,11 @@ pub trait ModelFormat: Sync {
         false
     }
 
+    /// Whether the groups of an object have vertices in common, so that they are one surface.
+    fn joins_groups(&self) -> bool {
+        false
+    }
+
     /// Loads the model at `path`. What the file has and is not rendered are features and faults of the model.
     fn load(&self, path: &Path, choice: &ModelChoice, files: &Files) -> Result<Model, Box<dyn ModelError>>;
 }

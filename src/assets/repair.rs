@@ -55,7 +55,12 @@ pub(super) fn repair(mesh: &mut Mesh) -> Repairs {
         mesh.tangents.len(),
     ];
     let fits = lengths.iter().all(|length| *length == 0 || *length == vertices)
-        && mesh.triangles.iter().flatten().all(|v| (*v as usize) < vertices);
+        && mesh
+            .triangles
+            .iter()
+            .flatten()
+            .chain(mesh.polygons.corners())
+            .all(|v| (*v as usize) < vertices);
     if !fits {
         return Repairs::default();
     }
@@ -108,6 +113,8 @@ fn remove_vertices(mesh: &mut Mesh) -> usize {
     for vertex in mesh.triangles.iter_mut().flatten() {
         *vertex = numbers[*vertex as usize];
     }
+    let number = |v: u32| is_kept[v as usize].then_some(numbers[v as usize]);
+    mesh.polygons = mesh.polygons.renumbered(number);
     retain(&mut mesh.positions, &is_kept);
     retain(&mut mesh.normals, &is_kept);
     retain(&mut mesh.uvs, &is_kept);

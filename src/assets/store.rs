@@ -8,14 +8,14 @@ use std::{
 
 use rayon::prelude::*;
 
-pub use super::image::ImageRequest;
 use super::{
-    AssetError, Files, MemoryKind, edited,
+    AssetError, Files, MemoryKind,
     image::{self, AlphaUse, BitmapKey, EncodedImage, ImageError},
-    model::{AnimationChoice, ImageSource, LightUnits, Model, ModelChoice, ModelFeature},
-    model_formats,
+    load_model::load_model,
+    model::{ImageSource, Model, ModelFeature},
     motion::ModelClip,
 };
+pub use super::{image::ImageRequest, load_model::ModelRequest};
 use crate::{
     math::WorkingSpace,
     scene::BackgroundRadiance,
@@ -23,47 +23,6 @@ use crate::{
     value::one_line,
     warnings::{WarningKind, Warnings},
 };
-
-fn load_model(request: &ModelRequest, files: &Files) -> Result<Model, AssetError> {
-    let ModelRequest { path, choice } = request;
-    let path = path.clone();
-    let Some(format) = model_formats::of_path(&path) else {
-        return Err(AssetError::UnknownModel { path });
-    };
-    if choice.scene.is_some() && !format.has_choices() {
-        return Err(AssetError::NoScenes { path });
-    }
-    if choice.variant.is_some() && !format.has_choices() {
-        return Err(AssetError::NoVariants { path });
-    }
-    if choice.light_units != LightUnits::Auto && !format.has_choices() {
-        return Err(AssetError::NoLights { path });
-    }
-    if matches!(&choice.animation, Some(AnimationChoice::Named(names)) if !names.is_empty()) && !format.has_choices() {
-        return Err(AssetError::NoAnimations { path });
-    }
-    let mut model = format.load(&path, choice, files).map_err(AssetError::Model)?;
-    if !format.has_choices() && !choice.edited.is_empty() {
-        model.motion = Some(Arc::new(edited::motion(&model, &choice.edited)));
-    }
-    Ok(model)
-}
-
-/// A model file, and what of it is shown.
-#[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
-pub struct ModelRequest {
-    pub path: PathBuf,
-    pub choice: ModelChoice,
-}
-
-impl From<&Path> for ModelRequest {
-    fn from(path: &Path) -> Self {
-        Self {
-            path: path.to_owned(),
-            choice: ModelChoice::default(),
-        }
-    }
-}
 
 /// The contents of a model file that was loaded.
 #[derive(Clone, Debug)]

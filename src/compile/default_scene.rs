@@ -274,6 +274,8 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
             light_units: options.light_units,
             animation: options.animation.cloned(),
             edited,
+            subdivision: None,
+            displacement: None,
         },
     })?;
     if model.is_empty() {

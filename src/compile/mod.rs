@@ -19,6 +19,7 @@ mod background;
 mod bounds;
 mod compiler;
 pub mod default_scene;
+mod displacement;
 mod error;
 mod instancing;
 mod light_links;

@@ -15,7 +15,7 @@ use super::{
 use crate::{
     assets::{
         AssetError, MemoryBudget, MemoryKind,
-        model::{MeshInstance, Model, ModelTexture},
+        model::{MAX_TRIANGLES, MeshInstance, Model, ModelTexture},
         store::ImageRequest,
     },
     geometry::InstanceId,
@@ -33,9 +33,6 @@ mod hidden;
 mod model_use;
 
 pub(super) use model_use::ModelUse;
-
-/// The most triangles that a scene stores.
-const MAX_TRIANGLES: u64 = 1 << 27;
 
 /// The meshes of a model that become instances, with their groups so far.
 struct InstancingPlan {

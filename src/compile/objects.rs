@@ -43,6 +43,9 @@ impl Compiler<'_> {
                     Some((name.to_owned(), self.record(other)?))
                 });
                 let replaced = replaced.collect();
+                let Some(displacement) = self.displacement_of(mesh) else {
+                    continue;
+                };
                 let id = self.scene.object(&name, Some(file), material.unwrap_or(MaterialId(0)));
                 self.object_settings(object, id);
                 models.push(PlacedModel {
@@ -58,6 +61,8 @@ impl Compiler<'_> {
                         light_units: mesh.light_units,
                         animation: mesh.animation.clone(),
                         edited,
+                        subdivision: mesh.subdivision(),
+                        displacement,
                     },
                     playback: mesh.playback(),
                     edits: ModelEdits::default(),

@@ -13,6 +13,12 @@
 //! | `speed` | number: seconds of the animation in a second; below 0 they run backwards from their last key | | 1 |
 //! | `repeat` | `true`, `false`, or how often they are played, a whole number above 0 | | `false` |
 //! | `radius` | number above 0: the radius of the points of a PLY file without faces | m | their mean distance to the nearest one |
+//! | `subdivide` | whole number from 0 to 12: how often every face is split into four | levels | 0 |
+//! | `subdivision` | the rules of it: `"catmull-clark"`, `"loop"` or `"linear"` | | `"loop"` for triangles alone, else `"catmull-clark"` |
+//! | `boundary` | `"smooth"`, or `"corners"`: whether open edges keep their corners, vertices of one face | | `"smooth"` |
+//! | `crease_angle` | number of at least 0: edges between faces whose normals are farther apart are creases | degrees | none; 30 for `"linear"` |
+//! | `crease_sharpness` | number of at least 0: on how many levels they are creases; later ones round them | levels | all |
+//! | `displacement` | `{ height, scale, midlevel }`: how far vertices are moved along their normals | | none |
 //!
 //! ```toml
 //! [[object]]
@@ -58,6 +64,47 @@
 //! and after the last key the pose is held. An animation without a name has its number in the file, from 0; one whose name another one has
 //! already is `Walk#2`. Animations that move the same thing cannot be played together. See [animation](../../animation.md).
 //!
+//! **Subdivision** makes a smooth surface of a coarse mesh. The rules are those of OpenSubdiv, and the vertices are on its limit surface, as
+//! Blender's are. `subdivide = 2` or `3` is usual: each level has four times the triangles of the one before. A job that has no memory for
+//! them ends before they are made, and says how many they would be; `check` tells what there are.
+//!
+//! ```toml
+//! [[object]]
+//! name = "pebble"
+//! shape.mesh = { file = "cube.obj", subdivide = 3 }
+//! ```
+//!
+//! - `"catmull-clark"` is for polygons, which OBJ and PLY files keep; glTF and STL files have triangles, for which `"loop"` is made.
+//!   `"linear"` leaves faces where they are.
+//! - Vertices at the same position are one, where they belong to one mesh of a glTF file or to one object of an OBJ file. So seams
+//!   of texture coordinates and borders of materials do not tear.
+//! - Open edges become smooth curves, so that a square becomes round; `boundary = "corners"` keeps its corners. Edges of three and more faces,
+//!   and those whose faces point to opposite sides, are creases.
+//! - Normals of the file are not used. Texture coordinates are smoothed as positions are, but for seams and boundaries, which stay; colours are
+//!   interpolated linearly.
+//! - Meshes that an animation deforms cannot be subdivided. Those that move as a whole can.
+//!
+//! **Displacement** moves every vertex along its smooth normal by `scale` times the height less `midlevel`. `height` is a number or a channel
+//! of a texture, `"texture.NAME"` or `"texture.NAME.g"`, red by default, by the first texture coordinates of the mesh, or with the mapping `object`
+//! or `planar` by the place in the model. `scale` is 1 and
+//! `midlevel` 0 where nothing else is given. Lengths are those of the model, before all transforms. Normals are those of the displaced triangles.
+//!
+//! ```toml
+//! [texture.rocks]
+//! image = { file = "rocks.png", color_space = "raw" }
+//!
+//! [[object]]
+//! name = "ground"
+//! shape.mesh = { file = "ground.obj", subdivide = 7, subdivision = "linear", displacement = { height = "texture.rocks", scale = 0.2, midlevel = 0.5 } }
+//! ```
+//!
+//! - Heights are read at the vertices, without a filter: as many vertices as the picture has texels show all of it. A square of `subdivide = 8`
+//!   has 257 along a side.
+//! - Pictures of heights are data: `color_space = "raw"`. Those of 8 bits have steps; take 16 bits or EXR.
+//! - A flat mesh stays where it is with `subdivision = "linear"`; the others move its boundary.
+//! - Where texture coordinates have a seam, vertices take the mean of the heights on both sides, so that it does not tear.
+//! - All objects of one file with one displacement have one mesh. A `scale` that changes over frames makes it anew for each of them.
+//!
 //! The loader reads these statements of MTL files:
 //!
 //! | statement | becomes |
@@ -82,7 +129,10 @@
 //!
 //! Meshes are indexed arrays, which the loaders fill and from which a scene is compiled.
 
+mod displacement;
 mod playback;
+mod polygons;
+mod subdivision;
 
 use serde::Deserialize;
 use thiserror::Error;
@@ -113,6 +163,17 @@ pub struct MeshDesc {
     pub repeat: Repeat,
     /// The radius of points, in the space of the model.
     pub radius: Option<Positive>,
+    /// How often its faces are split into four.
+    #[serde(default)]
+    pub subdivide: Levels,
+    pub subdivision: Option<Scheme>,
+    #[serde(default)]
+    pub boundary: BoundaryRule,
+    /// In degrees.
+    pub crease_angle: Option<NonNegative>,
+    /// In levels.
+    pub crease_sharpness: Option<NonNegative>,
+    pub displacement: Option<DisplacementDesc>,
 }
 
 impl MeshDesc {
@@ -125,13 +186,28 @@ impl MeshDesc {
         }
     }
 
+    /// How it is subdivided; `None` for not at all, and 0 levels where it is displaced only.
+    pub fn subdivision(&self) -> Option<Subdivision> {
+        let levels = self.subdivide.0;
+        (levels > 0 || self.displacement.is_some()).then(|| Subdivision {
+            scheme: self.subdivision,
+            boundary: self.boundary,
+            crease_angle: self.crease_angle.map(|angle| Bits::new(angle.0)),
+            crease_sharpness: Bits::new(self.crease_sharpness.map_or(f32::INFINITY, |s| s.0)),
+            ..Subdivision::of_levels(levels)
+        })
+    }
+
     /// Returns `None`: the file tells where a mesh is.
     pub fn anchor(&self) -> Option<DVec3> {
         None
     }
 }
 
+pub use displacement::DisplacementDesc;
 pub use playback::{AnimationChoice, Playback, Precise, Repeat};
+pub use polygons::Polygons;
+pub use subdivision::{Bits, BoundaryRule, Levels, Scheme, Subdivision};
 
 /// The scene of a file that has several.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord, Deserialize)]
@@ -163,6 +239,8 @@ pub struct Mesh {
     /// Three indices into `positions` each, counterclockwise as seen from where the normal points
     /// to.
     pub triangles: Vec<[u32; 3]>,
+    /// The faces of which the triangles are made, where somebody asks for them and not all are triangles; else none.
+    pub polygons: Polygons,
     /// Unit shading normals, or 0 where only the face knows: none, or one for each vertex.
     pub normals: Vec<Vec3>,
     /// Texture coordinates, v up: none, or one for each vertex.
@@ -187,6 +265,8 @@ pub enum MeshError {
         vertex: u32,
         vertices: usize,
     },
+    #[error("face {face} names vertex {vertex}, but there are only {vertices}")]
+    FaceOutOfRange { face: usize, vertex: u32, vertices: usize },
     #[error("vertex {vertex} has a position that is not finite")]
     PositionNotFinite { vertex: usize },
     #[error("vertex {vertex} has a normal that is not finite")]
@@ -227,6 +307,7 @@ impl Mesh {
             + of(size_of_val(&self.second_uvs[..]))
             + of(size_of_val(&self.colors[..]))
             + of(size_of_val(&self.tangents[..]))
+            + self.polygons.bytes()
     }
 
     /// The first thing that is wrong with the arrays. Triangles without area are not wrong.
@@ -270,6 +351,11 @@ impl Mesh {
                     vertex,
                     vertices,
                 });
+            }
+        }
+        for (face, corners) in self.polygons.faces().enumerate() {
+            if let Some(&vertex) = corners.iter().find(|v| **v as usize >= vertices) {
+                return Err(MeshError::FaceOutOfRange { face, vertex, vertices });
             }
         }
         Ok(())

@@ -102,6 +102,14 @@ impl MappingDesc {
         })
     }
 
+    /// Whether its coordinates follow from a point of a mesh in the object's own space.
+    pub fn lies_on_mesh(&self) -> bool {
+        match self {
+            Self::Default | Self::Uv(_) | Self::Planar(_) | Self::Object(_) => true,
+            Self::Spherical(_) | Self::Asin(_) | Self::World(_) => false,
+        }
+    }
+
     /// Whether it gives three coordinates, which it scales, rotates and moves itself.
     pub fn is_solid(&self) -> bool {
         matches!(self, Self::Object(_) | Self::World(_))
@@ -176,6 +184,11 @@ impl Mapping {
             Self::Solid(solid) => Some(solid),
             _ => None,
         }
+    }
+
+    /// Whether it reads the texture coordinates of a mesh.
+    pub fn reads_uvs(&self) -> bool {
+        matches!(self, Self::Uv | Self::SecondUv)
     }
 
     /// The texture coordinates; of three the first two.

@@ -20,7 +20,7 @@ use crate::{
         tangents,
     },
     math::{DVec2, Vec2, Vec3, Vec4},
-    shape::mesh::{Mesh, around_origin},
+    shape::mesh::{Mesh, Polygons, around_origin},
 };
 
 /// The identity of a mesh: primitives that name the same arrays in the same shape share one mesh.
@@ -232,6 +232,7 @@ fn mesh(document: &Document<'_>, key: &Key, mode: Mode) -> Result<Mesh, GltfProb
             Some(index) => document.floats::<4>(index)?.into_iter().map(Vec4::from_array).collect(),
         },
         triangles,
+        polygons: Polygons::default(),
     };
     // Including indices that are part of no triangle.
     if let Some(index) = indices.iter().find(|i| **i as usize >= mesh.positions.len()) {

@@ -28,14 +28,14 @@ use glam::DAffine3;
 
 use super::{
     Files, gzip,
-    model::{self, MeshInstance, Model, ModelChoice, ModelNode, UvSet},
+    model::{self, FaceUse, MeshInstance, Model, ModelChoice, ModelNode, UvSet},
     model_format::{ModelError, ModelFormat},
     repair::{Repairs, color_range, repair},
     tangents,
 };
 use crate::{
     math::{DVec2, Vec2, Vec3, Vec4, srgb},
-    shape::mesh::{Mesh, MeshError, around_origin},
+    shape::mesh::{Mesh, MeshError, Polygons, around_origin},
     warnings::WarningKind,
 };
 use mtl::MaterialUse;
@@ -51,13 +51,17 @@ impl ModelFormat for Obj {
         &["obj"]
     }
 
-    fn load(&self, path: &Path, _: &ModelChoice, files: &Files) -> Result<Model, Box<dyn ModelError>> {
-        Ok(load(path, files)?)
+    fn joins_groups(&self) -> bool {
+        true
+    }
+
+    fn load(&self, path: &Path, choice: &ModelChoice, files: &Files) -> Result<Model, Box<dyn ModelError>> {
+        Ok(load(path, choice.face_use(), files)?)
     }
 }
 
 /// Loads the model at `path`. A file without faces is a model without parts.
-pub fn load(path: &Path, files: &Files) -> Result<Model, ObjError> {
+pub fn load(path: &Path, faces: FaceUse, files: &Files) -> Result<Model, ObjError> {
     let bytes = gzip::read(path, files).map_err(|source| ObjError::Read {
         source,
         path: path.to_owned(),
@@ -66,11 +70,11 @@ pub fn load(path: &Path, files: &Files) -> Result<Model, ObjError> {
         let (cause, path) = ("the file is empty".to_owned(), path.to_owned());
         return Err(ObjError::Broken { cause, path });
     }
-    parse(&bytes, path, files)
+    parse(&bytes, path, faces, files)
 }
 
 /// Reads a model from the bytes of a file; libraries and images are beside `path`.
-pub fn parse(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, ObjError> {
+pub fn parse(bytes: &[u8], path: &Path, faces: FaceUse, files: &Files) -> Result<Model, ObjError> {
     let text = lines::decode(bytes);
     let at = |flaw: normalize::Flaw| ObjError::Line {
         line: flaw.line,
@@ -116,7 +120,7 @@ pub fn parse(bytes: &[u8], path: &Path, files: &Files) -> Result<Model, ObjError
             let run = run.ok_or_else(|| "a group without a number".to_owned())?;
             Ok((
                 run,
-                mesh(&g.mesh, scale, far_uvs.as_deref(), &mut repairs).map_err(|e| e.to_string())?,
+                mesh(&g.mesh, (scale, faces), far_uvs.as_deref(), &mut repairs).map_err(|e| e.to_string())?,
             ))
         })
         .collect::<Result<Vec<_>, _>>()
@@ -166,13 +170,14 @@ fn colors(group: &tobj::Mesh, scale: f32) -> Vec<Vec4> {
 /// `far_uvs` are the texture coordinates of the file, if the group has their numbers.
 fn mesh(
     group: &tobj::Mesh,
-    color_scale: f32,
+    (color_scale, faces): (f32, FaceUse),
     far_uvs: Option<&[DVec2]>,
     repairs: &mut Repairs,
 ) -> Result<Mesh, MeshError> {
     let vec3 = |v: &[f32]| Vec3::new(v[0], v[1], v[2]);
     let positions: Vec<Vec3> = group.positions.chunks_exact(3).map(vec3).collect();
     let mut triangles = Vec::with_capacity(group.indices.len() / 3);
+    let mut polygons = Polygons::default();
     if group.face_arities.is_empty() {
         triangles.extend(group.indices.chunks_exact(3).map(|t| [t[0], t[1], t[2]]));
     } else {
@@ -180,6 +185,9 @@ fn mesh(
         for arity in &group.face_arities {
             let (face, after) = rest.split_at(*arity as usize);
             rest = after;
+            if faces == FaceUse::Polygons {
+                polygons.push(face);
+            }
             let corners: Vec<Vec3> = face.iter().map(|v| positions[*v as usize]).collect();
             polygon::triangulate(&corners, |t| triangles.push(t.map(|i| face[i])));
         }
@@ -192,6 +200,7 @@ fn mesh(
     let mut mesh = Mesh {
         positions,
         triangles,
+        polygons: polygons.without_triangles(),
         normals: group
             .normals
             .chunks_exact(3)

@@ -1,7 +1,12 @@
 use super::*;
 
 fn read(text: &str) -> Result<Model, ObjError> {
-    parse(text.as_bytes(), Path::new("nowhere/a.obj"), &Files::default())
+    parse(
+        text.as_bytes(),
+        Path::new("nowhere/a.obj"),
+        FaceUse::Triangles,
+        &Files::default(),
+    )
 }
 
 /// Two squares that meet at the z axis with a right angle between them.
@@ -100,11 +105,16 @@ fn files_without_faces_are_models_without_parts() {
 fn cut_and_flipped_bytes_never_panic() {
     let whole = format!("{CORNER}vt 0 0\nvn 0 1 0\ns 1\nf 1/1/1 2/1/1 3/-1/-1 4//1\nusemtl a\nf 1 5 6 -5 \\\n 2\n");
     for i in 0..whole.len() {
-        let _ = parse(&whole.as_bytes()[..i], Path::new("a.obj"), &Files::default());
+        let _ = parse(
+            &whole.as_bytes()[..i],
+            Path::new("a.obj"),
+            FaceUse::Triangles,
+            &Files::default(),
+        );
         for byte in [b'\n', b'-', b'9', b'/', b' ', b'e', 0, 0xff] {
             let mut changed = whole.clone().into_bytes();
             changed[i] = byte;
-            let _ = parse(&changed, Path::new("a.obj"), &Files::default());
+            let _ = parse(&changed, Path::new("a.obj"), FaceUse::Triangles, &Files::default());
         }
     }
 }
@@ -158,7 +168,13 @@ fn vertices_that_are_no_numbers_cost_their_faces_alone() {
     let square = "v 0 0 0\nv 1 0 0\nv 1 1 0\nv 0 1 0\nv -nan(ind) 1.#INF 0\n";
     let read = |faces: &str| {
         let text = format!("{square}{faces}");
-        parse(text.as_bytes(), Path::new("a.obj"), &Files::default()).unwrap()
+        parse(
+            text.as_bytes(),
+            Path::new("a.obj"),
+            FaceUse::Triangles,
+            &Files::default(),
+        )
+        .unwrap()
     };
     let model = read("f 1 2 3 4\nf 3 4 5\nf 1 2 3 5\n");
     assert_eq!(model.meshes[0].triangles.len(), 2);
@@ -167,7 +183,13 @@ fn vertices_that_are_no_numbers_cost_their_faces_alone() {
     assert!(read("f 1 2 3 4\n").faults.is_empty());
     // Far from the origin, too.
     let far = "v 431250.5 0 0\nv 431251.5 0 0\nv 431251.5 1 0\nv nan 1 0\nf 1 2 3\nf 2 3 4\n";
-    let model = parse(far.as_bytes(), Path::new("a.obj"), &Files::default()).unwrap();
+    let model = parse(
+        far.as_bytes(),
+        Path::new("a.obj"),
+        FaceUse::Triangles,
+        &Files::default(),
+    )
+    .unwrap();
     assert_eq!(model.meshes[0].triangles.len(), 1);
 }
 
@@ -175,7 +197,13 @@ fn vertices_that_are_no_numbers_cost_their_faces_alone() {
 fn geometry_that_is_not_rendered_is_a_feature() {
     let text = "v 0 0 0\nv 1 0 0\nv 1 1 0\nf 1 2 3\nl 1 2\nl 2 3\np 1\ncstype bezier\ndeg 1 1\nsurf 0 1 0 1 1 2 3 1\n\
                 parm u 0 1\nend\ncall other.obj\n";
-    let model = parse(text.as_bytes(), Path::new("a.obj"), &Files::default()).unwrap();
+    let model = parse(
+        text.as_bytes(),
+        Path::new("a.obj"),
+        FaceUse::Triangles,
+        &Files::default(),
+    )
+    .unwrap();
     let features: Vec<_> = model.features.iter().map(|f| (f.name.as_str(), f.count)).collect();
     assert_eq!(features, [("p", 1), ("l", 2), ("surf", 1), ("call", 1)]);
     assert_eq!(

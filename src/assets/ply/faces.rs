@@ -11,10 +11,11 @@ use crate::{
     assets::{
         MemoryBudget, MemoryKind,
         bare::{BareMeshProblem, PlacedMesh},
+        model::FaceUse,
         obj::polygon,
     },
     math::{DVec2, Vec3, Vec4},
-    shape::mesh::around_origin,
+    shape::mesh::{Polygons, around_origin},
 };
 
 /// Bytes of memory for a corner that has a colour or texture coordinates of its own.
@@ -34,6 +35,7 @@ pub(super) struct Faces {
     /// The texture coordinates of each corner in `corners`, where faces have them.
     uvs: Vec<DVec2>,
     has_uvs: bool,
+    keeps_polygons: bool,
 }
 
 /// The meaning of a property of a face.
@@ -76,6 +78,13 @@ fn corner(source: &mut impl Source, item: NumberType) -> Result<u32, Stop> {
 }
 
 impl Faces {
+    pub fn new(faces: FaceUse) -> Self {
+        Self {
+            keeps_polygons: faces == FaceUse::Polygons,
+            ..Self::default()
+        }
+    }
+
     /// Reads the element `face`.
     pub fn read(&mut self, element: &Element, source: &mut impl Source) -> Result<(), BareMeshProblem> {
         let roles: Vec<Role> = element.properties.iter().map(|p| role(&p.name, p.kind)).collect();
@@ -216,12 +225,13 @@ impl Faces {
         if is_parted {
             memory.check(MemoryKind::Models, self.corners.len() as u64 * CORNER_MEMORY)?;
         }
+        let plain_triangles = self.triangles.len();
         let mut parted = Parted {
-            plain_triangles: self.triangles.len(),
+            plain_triangles,
             ..Parted::default()
         };
         mesh.triangles = self.triangles;
-        let (mut start, mut places) = (0, Vec::new());
+        let (mut start, mut places, mut polygons) = (0, Vec::new(), Polygons::default());
         for (face, end) in self.ends.into_iter().enumerate() {
             let corners = &self.corners[start..end];
             places.clear();
@@ -233,6 +243,9 @@ impl Faces {
                     .map(|(k, c)| parted.vertex(*c, color, self.uvs.get(start + k).copied()))
                     .collect(),
             };
+            if self.keeps_polygons {
+                polygons.push(&own);
+            }
             polygon::triangulate(&places, |t| mesh.triangles.push(t.map(|i| own[i])));
             start = end;
         }
@@ -242,6 +255,11 @@ impl Faces {
                 *vertex = parted.vertex(*vertex, None, None);
             }
             parted.apply(placed);
+        }
+        if self.keeps_polygons {
+            let plain = &placed.mesh.triangles[..plain_triangles];
+            plain.iter().for_each(|triangle| polygons.push(triangle));
+            placed.mesh.polygons = polygons.without_triangles();
         }
         Ok(())
     }

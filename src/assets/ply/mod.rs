@@ -23,7 +23,7 @@ use std::path::Path;
 use super::{
     Files, MemoryBudget, MemoryKind,
     bare::{self, BareMeshProblem, PlacedMesh, model_of},
-    model::{Model, ModelChoice, Treatment},
+    model::{FaceUse, Model, ModelChoice, Treatment},
     model_format::{ModelError, ModelFormat},
 };
 use crate::{
@@ -46,21 +46,22 @@ impl ModelFormat for Ply {
         &["ply"]
     }
 
-    fn load(&self, path: &Path, _: &ModelChoice, files: &Files) -> Result<Model, Box<dyn ModelError>> {
-        Ok(bare::load(path, files, parse)?)
+    fn load(&self, path: &Path, choice: &ModelChoice, files: &Files) -> Result<Model, Box<dyn ModelError>> {
+        let faces = choice.face_use();
+        Ok(bare::load(path, files, |bytes, memory| parse(bytes, faces, memory))?)
     }
 }
 
-fn parse(bytes: &[u8], memory: &MemoryBudget) -> Result<Model, BareMeshProblem> {
+fn parse(bytes: &[u8], faces: FaceUse, memory: &MemoryBudget) -> Result<Model, BareMeshProblem> {
     let (header, data) = header::read(bytes).map_err(broken)?;
     if header.elements.iter().any(is_splats) {
         let what = "the file holds Gaussian splats, which are no surfaces and are not rendered";
         return Err(BareMeshProblem::Unsupported(what.to_owned()));
     }
     let (mesh, faults) = match header.encoding {
-        Encoding::Text => read(&header, Text(data), memory),
-        Encoding::LittleEndian => read(&header, Binary::<LittleEndian>::new(data), memory),
-        Encoding::BigEndian => read(&header, Binary::<BigEndian>::new(data), memory),
+        Encoding::Text => read(&header, Text(data), faces, memory),
+        Encoding::LittleEndian => read(&header, Binary::<LittleEndian>::new(data), faces, memory),
+        Encoding::BigEndian => read(&header, Binary::<BigEndian>::new(data), faces, memory),
     }?;
     let mut model = model_of(mesh)?;
     model.faults.extend(faults);
@@ -121,9 +122,10 @@ impl Slot {
 fn read(
     header: &Header,
     mut source: impl Source,
+    face_use: FaceUse,
     memory: &MemoryBudget,
 ) -> Result<(PlacedMesh, Vec<String>), BareMeshProblem> {
-    let (mut placed, mut faces) = (PlacedMesh::default(), Faces::default());
+    let (mut placed, mut faces) = (PlacedMesh::default(), Faces::new(face_use));
     let mut faults = Vec::new();
     for element in &header.elements {
         check_count(element, header.encoding, source.bytes_left())?;

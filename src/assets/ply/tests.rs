@@ -4,7 +4,7 @@ use crate::math::{Vec2, Vec4, srgb};
 
 fn read(bytes: &[u8]) -> Result<Model, String> {
     let problem = |e: BareMeshProblem| e.at("a.ply".into()).to_string();
-    parse(bytes, &MemoryBudget::default()).map_err(problem)
+    parse(bytes, FaceUse::Triangles, &MemoryBudget::default()).map_err(problem)
 }
 
 const HEADER: &str = "\
@@ -183,7 +183,7 @@ fn counts_beyond_the_file_are_refused_before_memory_is_taken() {
     let empty = "ply\nformat ascii 1.0\nelement nothing 4000000000\nend_header\n";
     assert!(read(empty.as_bytes()).unwrap().instances.is_empty());
     assert!(read(&as_binary(false)[..400]).unwrap_err().contains("the file"));
-    let little = parse(as_text().as_bytes(), &MemoryBudget::new(Some(10)));
+    let little = parse(as_text().as_bytes(), FaceUse::Triangles, &MemoryBudget::new(Some(10)));
     assert!(matches!(little, Err(BareMeshProblem::Memory(_))));
 }
 

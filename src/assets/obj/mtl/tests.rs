@@ -1,6 +1,9 @@
 use super::{surface::GRAY, *};
 use crate::{
-    assets::{model::Treatment, obj},
+    assets::{
+        model::{FaceUse, Treatment},
+        obj,
+    },
     bsdf::layered::Boundary,
     material::{
         HeightMap,
@@ -32,7 +35,13 @@ fn model_of(statements: &[u8]) -> Model {
     let text = [b"newmtl m\n", statements].concat();
     std::fs::write(folder.path().join("m.mtl"), text).expect("written");
     let text = b"mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl m\nf 1 2 3\n";
-    obj::parse(text, &folder.path().join("a.obj"), &Files::default()).expect("a model")
+    obj::parse(
+        text,
+        &folder.path().join("a.obj"),
+        FaceUse::Triangles,
+        &Files::default(),
+    )
+    .expect("a model")
 }
 
 fn surface(statements: &str) -> Principled {
@@ -247,7 +256,13 @@ fn names_are_one_only_where_their_bytes_are() {
     )
     .expect("written");
     let text = b"mtllib m.mtl\nv 0 0 0\nv 1 0 0\nv 0 1 0\nusemtl W\xe4\nf 1 2 3\nusemtl W\xf6\nf 1 2 3\nusemtl \x83\\\nf 1 2 3\n";
-    let model = obj::parse(text, &folder.path().join("a.obj"), &Files::default()).expect("a model");
+    let model = obj::parse(
+        text,
+        &folder.path().join("a.obj"),
+        FaceUse::Triangles,
+        &Files::default(),
+    )
+    .expect("a model");
     let found: Vec<_> = model
         .materials
         .iter()

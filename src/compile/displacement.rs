@@ -1,0 +1,62 @@
+//! Compilation of displacements.
+
+use std::cell::RefCell;
+
+use super::compiler::{Compiler, undefined};
+use crate::{
+    assets::displacement::{Displacement, HeightTexture, Heights},
+    math::DVec3,
+    shape::mesh::{Bits, DisplacementDesc, MeshDesc},
+    texture::{BitmapId, Texture, image::ImageDesc},
+    value::{Channel, Problem, ScalarSource, Spanned},
+};
+
+impl Compiler<'_> {
+    /// The displacement of a mesh, if it has one; `None` if it is wrong.
+    pub(super) fn displacement_of(&mut self, mesh: &MeshDesc) -> Option<Option<Displacement>> {
+        let Some(desc) = &mesh.displacement else {
+            return Some(None);
+        };
+        let DisplacementDesc {
+            height,
+            scale,
+            midlevel,
+        } = desc;
+        let heights = match height.get_ref() {
+            ScalarSource::Constant(height) => Ok(Heights::Constant(Bits::new(*height))),
+            ScalarSource::Texture { name, channel } => self.height_texture(height, name, channel.unwrap_or(Channel::R)),
+        };
+        let heights = self.record(heights)?;
+        Some(Some(Displacement {
+            heights,
+            scale: Bits::new(scale.0),
+            midlevel: Bits::new(midlevel.0),
+        }))
+    }
+
+    fn height_texture(&self, source: &Spanned<ScalarSource>, name: &str, channel: Channel) -> Result<Heights, Problem> {
+        let entry = self.desc.textures.iter().find(|entry| entry.name.get_ref() == name);
+        let Some(entry) = entry else {
+            let known = self.desc.textures.iter().map(|entry| &entry.name);
+            return Err(undefined("texture", name, source.span(), known));
+        };
+        if !entry.mapping.lies_on_mesh() {
+            let message = format!("the texture `{name}` does not lie on the mesh, as a displacement needs it");
+            return Err(
+                Problem::at(source.span(), message).with_help("its `mapping` may be `uv`, `object` or `planar`")
+            );
+        }
+        let image = RefCell::new(None);
+        let find = |desc: &ImageDesc| {
+            *image.borrow_mut() = Some((self.desc.folder().join(desc.file.get_ref()), desc.color_space));
+            Ok(BitmapId(0))
+        };
+        let texture = Texture {
+            transform: entry.transform.compile(),
+            ..Texture::new(entry.mapping.compile(DVec3::ZERO)?, entry.pattern.compile(&find)?)
+        };
+        let image = image.into_inner();
+        let heights = HeightTexture::new(texture.near(), channel, image);
+        Ok(Heights::Texture(Box::new(heights)))
+    }
+}
