@@ -7,8 +7,8 @@ use crate::{
     assets::displacement::{Displacement, HeightTexture, Heights},
     math::DVec3,
     shape::mesh::{Bits, DisplacementDesc, MeshDesc},
-    texture::{BitmapId, Texture, image::ImageDesc},
-    value::{Channel, Problem, ScalarSource, Spanned},
+    texture::{BitmapId, Color, FindSources, Texture, image::ImageDesc},
+    value::{Channel, ColorSource, Problem, ScalarSource, Spanned},
 };
 
 impl Compiler<'_> {
@@ -50,6 +50,17 @@ impl Compiler<'_> {
         let find = |desc: &ImageDesc| {
             *image.borrow_mut() = Some((self.desc.folder().join(desc.file.get_ref()), desc.color_space));
             Ok(BitmapId(0))
+        };
+        let color = |color: &Spanned<ColorSource>| match color.get_ref() {
+            ColorSource::Constant(color) => Ok(Color::Constant(*color)),
+            ColorSource::Texture(_) | ColorSource::Tinted { .. } => {
+                let message = format!("`{name}` is made of other textures, and a displacement reads a texture alone");
+                Err(Problem::at(source.span(), message))
+            }
+        };
+        let find = FindSources {
+            bitmap: &find,
+            color: &color,
         };
         let texture = Texture {
             transform: entry.transform.compile(),

@@ -1,7 +1,5 @@
 //! The first step of compilation: a description and its files become a [`SceneBuilder`].
 
-use std::cell::RefCell;
-
 use super::{
     Error,
     background::{self, BackgroundLight},
@@ -18,7 +16,6 @@ use crate::{
     assets::{
         AssetError, MemoryKind, Store,
         image::AlphaUse,
-        model::ImageSource,
         store::{EnvironmentKey, ImageRequest, ModelRequest},
     },
     describe::{Diagnostics, SceneDesc},
@@ -26,7 +23,7 @@ use crate::{
     material::Material,
     math::DVec3,
     scene::SceneBuilder,
-    texture::{BitmapId, Texture, bitmap::ColorSpace, image::ImageDesc},
+    texture::bitmap::ColorSpace,
     value::one_line,
     warnings::{WarningKind, Warnings},
 };
@@ -225,31 +222,6 @@ impl Compiler<'_> {
             match &entry.group {
                 Some(group) => self.scene.grouped_light(light, group.as_str()),
                 None => self.scene.light(light),
-            }
-        }
-    }
-
-    fn textures(&mut self) {
-        let folder = self.desc.folder();
-        for entry in &self.desc.textures {
-            let images = RefCell::new(&mut self.images);
-            let find = |image: &ImageDesc| {
-                let file = ImageSource::File(folder.join(image.file.get_ref()));
-                let request = ImageRequest::new(file, image.color_space);
-                let mut images = images.borrow_mut();
-                let at = images.iter().position(|i| *i == request).unwrap_or_else(|| {
-                    images.push(request);
-                    images.len() - 1
-                });
-                Ok(BitmapId(at as u32))
-            };
-            let pattern = entry.pattern.compile(&find);
-            let mapping = entry.mapping.compile(self.origin);
-            if let (Some(pattern), Some(mapping)) = (self.record(pattern), self.record(mapping)) {
-                self.scene.texture(Texture {
-                    transform: entry.transform.compile(),
-                    ..Texture::new(mapping, pattern)
-                });
             }
         }
     }

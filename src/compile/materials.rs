@@ -2,7 +2,10 @@
 
 use std::collections::HashMap;
 
-use super::compiler::{Compiler, undefined};
+use super::{
+    compiler::{Compiler, undefined},
+    textures,
+};
 use crate::{
     assets::model::{Model, ModelTexture, UvSet},
     describe::{MaterialEntry, SceneDesc},
@@ -29,20 +32,17 @@ impl Compiler<'_> {
     }
 }
 
-/// The textures and materials of a scene file by name.
+/// The materials of a scene file by name.
 pub(super) struct MaterialNames<'a> {
     desc: &'a SceneDesc,
-    textures: HashMap<&'a str, u32>,
     materials: HashMap<&'a str, u32>,
 }
 
 impl<'a> MaterialNames<'a> {
     pub fn new(desc: &'a SceneDesc) -> Self {
-        let textures = desc.textures.iter().map(|t| t.name.get_ref().as_str());
         let materials = desc.materials.iter().map(|m| m.name.get_ref().as_str());
         Self {
             desc,
-            textures: textures.zip(0..).collect(),
             materials: materials.zip(0..).collect(),
         }
     }
@@ -62,7 +62,7 @@ impl<'a> MaterialNames<'a> {
     /// Compiles a material that the mixtures `within` are made of, itself the last of them.
     fn material_in(&self, entry: &MaterialEntry, within: &[&str]) -> Result<Material, Problem> {
         let find = Find {
-            color: &|source| self.color(source),
+            color: &|source| textures::color(self.desc, source),
             material: &|name| self.component(name, within),
         };
         entry.material.compile(&find).map_err(|problem| {
@@ -74,18 +74,7 @@ impl<'a> MaterialNames<'a> {
 
     /// The colour of a source.
     pub fn color(&self, source: &Spanned<ColorSource>) -> Result<Color, Problem> {
-        let texture = |name: &str| match self.textures.get(name) {
-            Some(id) => Ok(TextureId(*id)),
-            None => {
-                let known = self.desc.textures.iter().map(|t| &t.name);
-                Err(undefined("texture", name, source.span(), known))
-            }
-        };
-        Ok(match source.get_ref() {
-            ColorSource::Constant(color) => Color::Constant(*color),
-            ColorSource::Texture(name) => Color::Texture(texture(name)?),
-            ColorSource::Tinted { texture: name, tint } => Color::Tinted(texture(name)?, *tint),
-        })
+        textures::color(self.desc, source)
     }
 
     /// The material `name` as a part of the mixtures `within`.

@@ -37,6 +37,7 @@ mod placed;
 mod points;
 mod refresh;
 mod selection;
+mod textures;
 
 pub use bounds::visible_bounds;
 pub use error::Error;

@@ -53,7 +53,7 @@ pub(super) static LIGHT: KindTable = KindTable {
     ..table("light", LightDesc::NAMES)
 };
 pub(super) static TEXTURE: KindTable = KindTable {
-    beside: &["mapping", "transform"],
+    beside: &["mapping", "transform", "warp", "factor"],
     ..table("texture", PatternDesc::NAMES)
 };
 

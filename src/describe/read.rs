@@ -310,12 +310,21 @@ impl Reader<'_> {
             }
             transform = self.entity(given)?;
         }
+        let mut take = |key: &str| match value.get_mut() {
+            DeValue::Table(table) => table.remove(key),
+            _ => None,
+        };
+        let (warp, factor) = (take("warp"), take("factor"));
+        let warp = warp.map(|given| self.entity(given));
+        let factor = factor.map(|given| self.entity(given));
         let pattern: PatternDesc = self.kind(Spanned::new(span, value.into_inner()), &kind_tables::TEXTURE)?;
         Some(TextureEntry {
             name,
             pattern,
             mapping,
             transform,
+            warp: warp.map_or(Some(None), |read| read.map(Some))?,
+            factor: factor.map_or(Some(None), |read| read.map(Some))?,
         })
     }
 

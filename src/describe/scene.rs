@@ -39,7 +39,7 @@ use crate::{
     math::{Transform, transform},
     scene::{BackFaces, ObjectBackFaces, RayVisibility},
     shape::ShapeDesc,
-    texture::{MappingDesc, PatternDesc, StTransformDesc},
+    texture::{MappingDesc, PatternDesc, StTransformDesc, WarpDesc},
     value::{Coordinate, List, OneOrEach, Point, Problem, RgbFactor, Span, Spanned},
 };
 
@@ -177,8 +177,14 @@ impl Default for BackgroundDesc {
 /// | one of the textures below | | required |
 /// | `mapping` | how a point gets its texture coordinates s and t | `"uv"` |
 /// | `transform` | scales, rotates and moves the texture | none |
+/// | `warp` | `{ by = "texture.NAME", amount }`: another texture moves the coordinates | none |
+/// | `factor` | number or `[r, g, b]` of at least 0, which multiplies the texture | 1 |
 ///
 /// A texture moves with its object: `mapping.planar` reads the object's own coordinates. The bottom row of an image is t = 0.
+///
+/// The channels of the texture that `warp` names are moved by twice `amount` (a number or `[s, t, r]`, in units of the coordinates) times their value
+/// minus 0.5: s by red, t by green, a third coordinate by blue. Textures that read others, such as `mix` and `ramp`, take their numbers in linear light
+/// with the primaries of Rec. 709. No texture may contain itself.
 ///
 /// ```toml
 /// [texture.bricks]
@@ -194,6 +200,8 @@ pub struct TextureEntry {
     pub pattern: PatternDesc,
     pub mapping: MappingDesc,
     pub transform: StTransformDesc,
+    pub warp: Option<WarpDesc>,
+    pub factor: Option<RgbFactor>,
 }
 
 /// A material: how a surface reflects, transmits and emits light.

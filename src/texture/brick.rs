@@ -20,7 +20,7 @@
 
 use serde::Deserialize;
 
-use super::{FindBitmap, Lookup, PatternKind, Textures, lattice};
+use super::{FindSources, Lookup, PatternKind, Textures, band_limit::contrast, lattice};
 use crate::{
     math::{DVec2, Rgb, Vec2, hash},
     value::{Count, List, NonNegative, Positive, Problem, RgbFactor, Spanned, UnitInterval},
@@ -39,7 +39,7 @@ pub struct BrickDesc {
 }
 
 impl BrickDesc {
-    pub fn compile(&self, _find: &FindBitmap<'_>) -> Result<Brick, Problem> {
+    pub fn compile(&self, _find: &FindSources<'_>) -> Result<Brick, Problem> {
         let size = self.size.map_or([0.25, 0.0625], |size| size.0.map(f32::from));
         let gap = self.gap.as_ref().map_or(0.01, |gap| gap.get_ref().0);
         if let Some(given) = &self.gap
@@ -138,6 +138,15 @@ impl PatternKind for Brick {
         let [a, b] = lookup.axes();
         let square = a * a + b * b;
         self.color(place.st(), Vec2::new(square.x.sqrt(), square.y.sqrt()))
+    }
+
+    fn spread(&self, lookup: &Lookup<'_>) -> f32 {
+        let bricks = (1.0 - self.gap / self.size[0]) * (1.0 - self.gap / self.size[1]);
+        let [a, b] = self.colors;
+        let difference = ((a + b) * 0.5 - self.mortar).map(f32::abs).mean();
+        let [_, long] = lookup.widths();
+        let seen = contrast([long / self.size[1]; 2], 1.0);
+        difference * (bricks * (1.0 - bricks) * (1.0 - seen * seen).clamp(0.0, 1.0)).sqrt()
     }
 
     fn max_value(&self, _textures: &Textures<'_>) -> Rgb {

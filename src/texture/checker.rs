@@ -14,7 +14,7 @@
 
 use serde::Deserialize;
 
-use super::{FindBitmap, Lookup, PatternKind, Textures};
+use super::{FindSources, Lookup, PatternKind, Textures};
 use crate::{
     math::{DVec2, Rgb, Vec2, float},
     value::{Positive, Problem, RgbFactor},
@@ -30,7 +30,7 @@ pub struct CheckerDesc {
 }
 
 impl CheckerDesc {
-    pub fn compile(&self, _find: &FindBitmap<'_>) -> Result<Checker, Problem> {
+    pub fn compile(&self, _find: &FindSources<'_>) -> Result<Checker, Problem> {
         Ok(Checker {
             colors: [self.a.0, self.b.0],
             scale: self.scale.0,

@@ -11,7 +11,7 @@
 
 use serde::Deserialize;
 
-use super::{FindBitmap, Lookup, PatternKind, Textures};
+use super::{FindSources, Lookup, PatternKind, Textures};
 use crate::{
     math::Rgb,
     value::{Problem, RgbFactor},
@@ -24,7 +24,7 @@ pub struct ConstantDesc {
 }
 
 impl ConstantDesc {
-    pub fn compile(&self, _find: &FindBitmap<'_>) -> Result<Constant, Problem> {
+    pub fn compile(&self, _find: &FindSources<'_>) -> Result<Constant, Problem> {
         Ok(Constant { color: self.color.0 })
     }
 }

@@ -17,7 +17,7 @@
 
 use serde::Deserialize;
 
-use super::{FindBitmap, Lookup, PatternKind, Textures};
+use super::{FindSources, Lookup, PatternKind, Textures, lookup::EVEN_WIDTH};
 use crate::{
     math::{DVec3, Rgb},
     value::{Problem, RgbFactor},
@@ -57,7 +57,7 @@ pub struct GradientPatternDesc {
 }
 
 impl GradientPatternDesc {
-    pub fn compile(&self, _find: &FindBitmap<'_>) -> Result<GradientPattern, Problem> {
+    pub fn compile(&self, _find: &FindSources<'_>) -> Result<GradientPattern, Problem> {
         Ok(GradientPattern {
             colors: [self.a.0, self.b.0],
             along: self.along,
@@ -125,6 +125,11 @@ impl GradientWrap {
     }
 }
 
+/// The mean of the part of an interval around `x` that is clamped to 0 and 1.
+pub(super) fn clamped_mean(x: f32, width: f32) -> f32 {
+    GradientWrap::Clamp.mean(f64::from(x), f64::from(width)) as f32
+}
+
 impl GradientPattern {
     /// The number that the gradient follows, and its derivative by the coordinates.
     fn number(&self, p: DVec3) -> (f64, DVec3) {
@@ -139,12 +144,19 @@ impl GradientPattern {
 
     /// The value at a point, from 0 to 1, over the footprint with these axes.
     fn value(&self, p: DVec3, axes: [DVec3; 2]) -> f32 {
-        let (x, slope) = self.number(p);
-        if !x.is_finite() {
-            return 0.0;
+        let (x, width) = self.interval(p, axes);
+        if x.is_finite() {
+            self.wrap.mean(x, width) as f32
+        } else {
+            0.0
         }
+    }
+
+    /// The number at a point, and the width of its interval over the footprint with these axes.
+    fn interval(&self, p: DVec3, axes: [DVec3; 2]) -> (f64, f64) {
+        let (x, slope) = self.number(p);
         let [a, b] = axes.map(|axis| axis.dot(slope));
-        self.wrap.mean(x, (a * a + b * b).sqrt()) as f32
+        (x, (a * a + b * b).sqrt())
     }
 }
 
@@ -153,6 +165,16 @@ impl PatternKind for GradientPattern {
         let [a, b] = self.colors;
         let axes = lookup.axes().map(|axis| axis.as_dvec3());
         a + (b - a) * self.value(lookup.place().xyz(), axes)
+    }
+
+    fn spread(&self, lookup: &Lookup<'_>) -> f32 {
+        let [a, b] = self.colors;
+        let (x, width) = self.interval(lookup.place().xyz(), lookup.axes().map(|axis| axis.as_dvec3()));
+        let range = match self.wrap {
+            GradientWrap::Clamp => (x + 0.5 * width).clamp(0.0, 1.0) - (x - 0.5 * width).clamp(0.0, 1.0),
+            GradientWrap::Repeat | GradientWrap::Mirror => width.min(1.0),
+        };
+        (b - a).map(f32::abs).mean() * range as f32 / EVEN_WIDTH
     }
 
     fn max_value(&self, _textures: &Textures<'_>) -> Rgb {

@@ -34,7 +34,7 @@
 
 use serde::Deserialize;
 
-use super::{Bitmap, BitmapId, FindBitmap, Lookup, PatternKind, Textures, bitmap::ColorSpace, source::channel_of};
+use super::{Bitmap, BitmapId, FindSources, Lookup, PatternKind, Textures, bitmap::ColorSpace, source::channel_of};
 use crate::{
     math::{DVec2, Rgb, Vec2, exponential, float},
     value::{Channel, Problem, Spanned},
@@ -80,9 +80,9 @@ pub struct ImageDesc {
 }
 
 impl ImageDesc {
-    pub fn compile(&self, find: &FindBitmap<'_>) -> Result<ImagePattern, Problem> {
+    pub fn compile(&self, find: &FindSources<'_>) -> Result<ImagePattern, Problem> {
         Ok(ImagePattern {
-            bitmap: find(self)?,
+            bitmap: (find.bitmap)(self)?,
             filter: self.filter,
             wrap: [self.wrap; 2],
         })

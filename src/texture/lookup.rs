@@ -1,7 +1,10 @@
 //! A look-up of a texture at a point of a surface, as patterns see it.
 
-use super::{Texture, TexturePoint, Textures};
-use crate::math::{DVec2, DVec3, Vec2, Vec3};
+use super::{Color, Scalar, Texture, TexturePoint, Textures, source::channel_of};
+use crate::{
+    math::{DVec2, DVec3, Rgb, Vec2, Vec3},
+    value::Channel,
+};
 
 /// A look-up of a texture at a point.
 #[derive(Clone, Copy)]
@@ -10,6 +13,8 @@ pub struct Lookup<'a> {
     pub textures: &'a Textures<'a>,
     pub(super) texture: &'a Texture,
     pub(super) at: &'a TexturePoint,
+    /// The displacement of the coordinates, if there is one.
+    pub(super) shift: Option<Vec3>,
 }
 
 /// A place in the coordinates of a texture, in double precision.
@@ -59,11 +64,18 @@ impl Place {
     }
 }
 
+/// The width of an interval over which numbers with a standard deviation of 1 are spread evenly.
+pub const EVEN_WIDTH: f32 = 3.464_101_6;
+
 impl Lookup<'_> {
     /// The coordinates s and t, of which whole periods of the pattern may be missing.
     #[inline]
     pub fn st(&self) -> Vec2 {
-        self.texture.st(self.at)
+        let st = self.texture.st(self.at);
+        match self.shift {
+            None => st,
+            Some(shift) => st + shift.truncate(),
+        }
     }
 
     /// The axes of the footprint in s and t, from end to end.
@@ -82,12 +94,45 @@ impl Lookup<'_> {
     /// The coordinates without loss.
     pub fn place(&self) -> Place {
         let (mapping, at) = (&self.texture.mapping, self.at);
+        let shift = self.shift.unwrap_or_default().as_dvec3();
         match mapping.solid() {
-            Some(solid) => Place::Space(solid.place(at)),
+            Some(solid) => Place::Space(solid.place(at) + shift),
             None => {
                 let st = mapping.st(at).as_dvec2() + mapping.origin(at).as_dvec2();
-                Place::Plane(self.texture.transform.exact(st))
+                Place::Plane(self.texture.transform.exact(st) + shift.truncate())
             }
+        }
+    }
+
+    /// The numbers of another texture at the same point, in linear light of Rec. 709.
+    pub fn color(&self, source: &Color) -> Rgb {
+        self.textures.source_numbers(source, self.at)
+    }
+
+    /// A number of another texture at the same point.
+    pub fn scalar(&self, source: &Scalar) -> f32 {
+        match source.texture() {
+            None => source.at_number(0.0),
+            Some((id, Channel::A)) => source.at_number(self.textures.channel(id, Channel::A, self.at)),
+            Some((id, channel)) => source.at_number(channel_of(self.color(&Color::Texture(id)), channel)),
+        }
+    }
+
+    /// The standard deviation of another texture's numbers within the footprint, a mean over the channels.
+    pub fn spread(&self, source: &Color) -> f32 {
+        match source {
+            _ if self.is_at_point() => 0.0,
+            Color::Constant(_) => 0.0,
+            Color::Texture(id) => self.textures.textures[id.0 as usize].spread(self.textures, self.at),
+            Color::Tinted(id, tint) => self.spread(&Color::Texture(*id)) * tint.mean(),
+        }
+    }
+
+    /// The standard deviation of a number of another texture within the footprint.
+    pub fn scalar_spread(&self, source: &Scalar) -> f32 {
+        match source.texture() {
+            None | Some((_, Channel::A)) => 0.0,
+            Some((id, _)) => (source.at_number(self.spread(&Color::Texture(id))) - source.at_number(0.0)).abs(),
         }
     }
 

@@ -7,7 +7,7 @@
 use crate::{
     kind::kinds,
     math::{ColorConversion, DVec2, Rgb, Vec2},
-    value::{Channel, Problem},
+    value::{Channel, ColorSource, Problem, ScalarSource, Spanned},
 };
 
 mod band_limit;
@@ -20,18 +20,24 @@ pub mod checker;
 pub mod constant;
 pub mod gradient;
 pub mod image;
+pub mod invert;
 mod lattice;
 mod lookup;
 pub mod mapping;
 pub mod mipmap;
+pub mod mix;
+pub mod multiply;
 pub mod noise;
 mod point;
+pub mod ramp;
+pub mod remap;
 mod solid;
 mod source;
 pub mod stripes;
 mod textures;
 pub mod transform;
 pub mod voronoi;
+pub mod warp;
 
 pub use bitmap::Bitmap;
 pub use lookup::Lookup;
@@ -40,6 +46,7 @@ pub use point::{ScenePlace, TexturePoint, TextureSpace, VertexAttributes};
 pub use source::{Color, Scalar};
 pub use textures::Textures;
 pub use transform::{StTransform, StTransformDesc};
+pub use warp::{Warp, WarpDesc};
 
 /// Steps per unit of a pattern without texels, where its slope is asked for.
 const PATTERN_STEPS: f32 = 1000.0;
@@ -56,6 +63,11 @@ pub struct BitmapId(pub u32);
 pub trait PatternKind {
     /// The numbers at a point, over the footprint where the pattern can be averaged over it.
     fn numbers(&self, lookup: &Lookup<'_>) -> Rgb;
+
+    /// The standard deviation of the numbers within the footprint, a mean over the channels; 0 where it is not known.
+    fn spread(&self, _lookup: &Lookup<'_>) -> f32 {
+        0.0
+    }
 
     /// The largest value of each channel.
     fn max_value(&self, textures: &Textures<'_>) -> Rgb;
@@ -90,6 +102,11 @@ pub trait PatternKind {
         false
     }
 
+    /// The other textures that it reads.
+    fn sources(&self) -> [Option<TextureId>; 3] {
+        [None; 3]
+    }
+
     /// The lengths after which the pattern repeats along s and t; 0 where it never does.
     fn periods(&self) -> DVec2 {
         DVec2::ZERO
@@ -101,8 +118,44 @@ pub trait PatternKind {
     }
 }
 
-/// A function that finds the bitmap of an image file in a colour space.
-pub type FindBitmap<'a> = dyn Fn(&image::ImageDesc) -> Result<BitmapId, Problem> + 'a;
+/// The lookup of what patterns refer to when they are compiled.
+pub struct FindSources<'a> {
+    /// The bitmap of an image file in a colour space.
+    pub bitmap: &'a dyn Fn(&image::ImageDesc) -> Result<BitmapId, Problem>,
+    pub color: &'a dyn Fn(&Spanned<ColorSource>) -> Result<Color, Problem>,
+}
+
+impl FindSources<'_> {
+    /// The colour of a source.
+    fn color(&self, source: &Spanned<ColorSource>) -> Result<Color, Problem> {
+        (self.color)(source)
+    }
+
+    /// The number of a source; a texture without a channel is read in red.
+    fn scalar(&self, source: &Spanned<ScalarSource>) -> Result<Scalar, Problem> {
+        Ok(match source.get_ref() {
+            ScalarSource::Constant(v) => Scalar::Constant(*v),
+            ScalarSource::Texture { name, channel } => {
+                let texture = Spanned::new(source.span(), ColorSource::Texture(name.clone()));
+                match self.color(&texture)?.texture() {
+                    Some(id) => Scalar::Texture(id, channel.unwrap_or(Channel::R), 1.0),
+                    None => Scalar::Constant(0.0),
+                }
+            }
+        })
+    }
+
+    /// The number of a source, from 0 to 1.
+    fn unit_scalar(&self, source: &Spanned<ScalarSource>) -> Result<Scalar, Problem> {
+        match source.get_ref() {
+            ScalarSource::Constant(v) if *v > 1.0 => {
+                let message = format!("expected a number from 0 to 1, found {v}");
+                Err(Problem::at(source.span(), message))
+            }
+            _ => self.scalar(source),
+        }
+    }
+}
 
 kinds! {
     /// A pattern, flat and without pointers.
@@ -115,11 +168,18 @@ kinds! {
         "voronoi" => Voronoi(voronoi::Voronoi, voronoi::VoronoiDesc),
         "brick" => Brick(brick::Brick, brick::BrickDesc),
         "gradient" => Gradient(gradient::GradientPattern, gradient::GradientPatternDesc),
+        "mix" => Mix(mix::MixPattern, mix::MixPatternDesc),
+        "multiply" => Multiply(multiply::Multiply, multiply::MultiplyDesc),
+        "ramp" => Ramp(ramp::ColorRamp, ramp::ColorRampDesc),
+        "invert" => Invert(invert::Invert, invert::InvertDesc),
+        "remap" => Remap(remap::Remap, remap::RemapDesc),
     }
     described only {}
-    compiled by fn compile(&self, find: &FindBitmap<'_>) -> Result<Pattern, Problem>;
+    compiled by fn compile(&self, find: &FindSources<'_>) -> Result<Pattern, Problem>;
     /// See [`PatternKind::numbers`].
     fn numbers(&self, lookup: &Lookup<'_>) -> Rgb;
+    /// See [`PatternKind::spread`].
+    fn spread(&self, lookup: &Lookup<'_>) -> f32;
     /// See [`PatternKind::max_value`].
     fn max_value(&self, textures: &Textures<'_>) -> Rgb;
     /// See [`PatternKind::max_within`].
@@ -134,6 +194,8 @@ kinds! {
     fn filtered_bitmap(&self) -> Option<BitmapId>;
     /// See [`PatternKind::is_band_limited`].
     fn is_band_limited(&self) -> bool;
+    /// See [`PatternKind::sources`].
+    fn sources(&self) -> [Option<TextureId>; 3];
     /// See [`PatternKind::periods`].
     fn periods(&self) -> DVec2;
     /// See [`PatternKind::steps`].
@@ -147,8 +209,14 @@ pub struct Texture {
     /// Of the coordinates s and t; mappings to three coordinates have their own.
     pub transform: StTransform,
     pub pattern: Pattern,
+    /// The displacement of the coordinates.
+    pub warp: Option<Warp>,
+    /// What the numbers of the pattern are multiplied by.
+    pub factor: Rgb,
     /// The conversion of its numbers to colours of the working space; the identity for data.
     pub colors: ColorConversion,
+    /// The conversion of its numbers to colours of Rec. 709, as other textures read them.
+    pub rec709: ColorConversion,
 }
 
 impl Texture {
@@ -158,7 +226,10 @@ impl Texture {
             mapping,
             transform: StTransform::IDENTITY,
             pattern,
+            warp: None,
+            factor: Rgb::WHITE,
             colors: ColorConversion::default(),
+            rec709: ColorConversion::default(),
         }
     }
 
@@ -170,18 +241,29 @@ impl Texture {
 
     /// Whether it reads the place of a point in the scene.
     pub fn reads_scene(&self) -> bool {
-        self.mapping.solid().is_some_and(|solid| solid.reads_scene())
+        self.mapping.solid().is_some_and(solid::Solid::reads_scene)
     }
 
     /// A bound on the colour over a triangle with these corners.
     pub(super) fn max_within(&self, textures: &Textures<'_>, corners: &[TexturePoint; 3]) -> Rgb {
-        let max_value = if self.mapping.is_affine() {
+        let max_value = if self.mapping.is_affine() && self.warp.is_none() {
             let [a, b, c] = corners.each_ref().map(|at| self.st(at));
             self.pattern.max_within(textures, [a.min(b).min(c), a.max(b).max(c)])
         } else {
             self.pattern.max_value(textures)
         };
-        self.colors.convert(max_value)
+        self.colors.convert(max_value * self.factor)
+    }
+
+    /// The largest value of each channel of its numbers.
+    pub(super) fn max_numbers(&self, textures: &Textures<'_>) -> Rgb {
+        self.pattern.max_value(textures) * self.factor
+    }
+
+    /// The other textures that it reads, one as often as it is looked up.
+    pub fn sources(&self) -> impl Iterator<Item = TextureId> {
+        let of_warp = self.warp.and_then(|warp| warp.by.texture());
+        self.pattern.sources().into_iter().chain([of_warp]).flatten()
     }
 
     /// The coordinates at which the pattern is evaluated.
@@ -205,8 +287,12 @@ impl Texture {
     }
 
     fn lookup<'a>(&'a self, textures: &'a Textures<'a>, at: &'a TexturePoint) -> Lookup<'a> {
-        let texture = self;
-        Lookup { textures, texture, at }
+        Lookup {
+            textures,
+            texture: self,
+            at,
+            shift: self.warp.as_ref().map(|warp| warp.shift(textures, at)),
+        }
     }
 
     /// The opacity, from 0 to 1.
@@ -244,11 +330,35 @@ impl Texture {
 
     /// The numbers at a point.
     pub(super) fn data(&self, textures: &Textures<'_>, at: &TexturePoint) -> Rgb {
-        self.pattern.numbers(&self.lookup(textures, at))
+        let numbers = self.pattern.numbers(&self.lookup(textures, at));
+        if self.factor == Rgb::WHITE {
+            numbers
+        } else {
+            numbers * self.factor
+        }
+    }
+
+    /// The numbers at a point as other textures read them.
+    pub(super) fn source_numbers(&self, textures: &Textures<'_>, at: &TexturePoint) -> Rgb {
+        self.rec709.convert(self.data(textures, at))
+    }
+
+    /// See [`PatternKind::spread`].
+    pub(super) fn spread(&self, textures: &Textures<'_>, at: &TexturePoint) -> f32 {
+        self.pattern.spread(&self.lookup(textures, at)) * self.factor.mean()
     }
 
     /// The steps of its pattern per unit of u and of v.
     pub(super) fn steps_per_uv(&self, textures: &Textures<'_>, at: &TexturePoint) -> Vec2 {
+        let of_source = |id: TextureId| textures.textures[id.0 as usize].steps_per_uv(textures, at);
+        let of_sources = self.sources().map(of_source).fold(Vec2::ZERO, Vec2::max);
+        if self.pattern.sources().iter().any(Option::is_some) {
+            return of_sources;
+        }
+        of_sources.max(self.own_steps_per_uv(textures, at))
+    }
+
+    fn own_steps_per_uv(&self, textures: &Textures<'_>, at: &TexturePoint) -> Vec2 {
         let steps = self.pattern.steps(textures);
         if let Some(solid) = self.mapping.solid() {
             let along = |duv| solid.step(at, duv).length() * steps.max_element();

@@ -9,6 +9,7 @@
 //! | `lacunarity` | number of at least 1: how much finer | | 2 |
 //! | `gain` | number from 0 to 1: how much weaker | | 0.5 |
 //! | `seed` | whole number: another seed is another noise | | 0 |
+//! | `colored` | whether each channel has a noise of its own, as `warp` needs it | | `false` |
 //!
 //! ```toml
 //! [texture.clouds]
@@ -30,7 +31,7 @@
 use serde::Deserialize;
 
 use super::{
-    FindBitmap, Lookup, PatternKind, Textures,
+    FindSources, Lookup, PatternKind, Textures,
     band_limit::contrast,
     lattice::{noise_2d, noise_3d},
     lookup::Place,
@@ -64,12 +65,23 @@ pub struct NoiseDesc {
     pub lacunarity: Option<Spanned<Positive>>,
     pub gain: Option<UnitInterval>,
     pub seed: Option<Count>,
+    #[serde(default)]
+    pub colored: bool,
+}
+
+/// The channels of noise.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoiseChannels {
+    /// All are the same.
+    Gray,
+    /// Each has a noise of its own.
+    Colored,
 }
 
 const MAX_OCTAVES: u32 = 16;
 
 impl NoiseDesc {
-    pub fn compile(&self, _find: &FindBitmap<'_>) -> Result<Noise, Problem> {
+    pub fn compile(&self, _find: &FindSources<'_>) -> Result<Noise, Problem> {
         let octaves = match &self.octaves {
             None => 4,
             Some(given) if (1..=MAX_OCTAVES).contains(&given.get_ref().0) => given.get_ref().0,
@@ -94,6 +106,11 @@ impl NoiseDesc {
             lacunarity,
             gain: self.gain.map_or(0.5, |g| g.0),
             seed: self.seed.map_or(0, |s| s.0),
+            channels: if self.colored {
+                NoiseChannels::Colored
+            } else {
+                NoiseChannels::Gray
+            },
         })
     }
 }
@@ -108,6 +125,7 @@ pub struct Noise {
     pub lacunarity: f32,
     pub gain: f32,
     pub seed: u32,
+    pub channels: NoiseChannels,
 }
 
 /// The rotation of noise in space.
@@ -127,26 +145,37 @@ const ROTATION: DMat3 = DMat3::from_cols_array(&[
 struct Statistics {
     /// The mean of its absolute value.
     mean: f32,
+    /// The standard deviations of it and of its absolute value.
+    deviations: [f32; 2],
     /// The rates at which it and its absolute value lose contrast, see [`contrast`].
     falloffs: [f32; 2],
 }
 
 const IN_PLANE: Statistics = Statistics {
     mean: 0.248_9,
+    deviations: [0.305, 0.176],
     falloffs: [0.4, 0.9],
 };
 const IN_SPACE: Statistics = Statistics {
     mean: 0.220_3,
+    deviations: [0.270, 0.156],
     falloffs: [0.3, 0.7],
 };
 
-impl Noise {
-    /// The noise at a place, from 0 to 1, over a footprint of this width and length.
-    fn value(&self, place: Place, widths: [f32; 2]) -> f32 {
-        let statistics = match place {
+impl Statistics {
+    /// Those of noise on s and t, or in space.
+    fn of(place: Place) -> &'static Self {
+        match place {
             Place::Plane(_) => &IN_PLANE,
             Place::Space(_) => &IN_SPACE,
-        };
+        }
+    }
+}
+
+impl Noise {
+    /// The noise of a channel at a place, from 0 to 1, over a footprint of this width and length.
+    fn value(&self, place: Place, widths: [f32; 2], channel: u32) -> f32 {
+        let statistics = Statistics::of(place);
         let falloff = statistics.falloffs[self.form as usize];
         let (mut sum, mut total) = (0.0, 0.0);
         let (mut amplitude, mut scale) = (1.0, self.scale);
@@ -156,7 +185,7 @@ impl Noise {
             if seen > 0.0
                 && let Some(place) = place.scaled(scale)
             {
-                let noise = self.octave(place, octave);
+                let noise = self.octave(place, octave, channel);
                 let deviation = match self.form {
                     NoiseForm::Fbm => noise,
                     NoiseForm::Turbulence => noise.abs() - statistics.mean,
@@ -173,10 +202,30 @@ impl Noise {
         value.clamp(0.0, 1.0)
     }
 
+    /// The standard deviation of the noise within a footprint.
+    fn unseen(&self, place: Place, widths: [f32; 2]) -> f32 {
+        let statistics = Statistics::of(place);
+        let falloff = statistics.falloffs[self.form as usize];
+        let (mut variance, mut total) = (0.0, 0.0);
+        let (mut amplitude, mut scale) = (1.0, self.scale);
+        for _ in 0..self.octaves {
+            total += amplitude;
+            let seen = contrast(widths.map(|w| w * scale), falloff);
+            variance += amplitude * amplitude * (1.0 - seen * seen).clamp(0.0, 1.0);
+            amplitude *= self.gain;
+            scale *= self.lacunarity;
+        }
+        let range = match self.form {
+            NoiseForm::Fbm => 0.5,
+            NoiseForm::Turbulence => 1.0,
+        };
+        range * statistics.deviations[self.form as usize] * variance.sqrt() / total
+    }
+
     /// An octave of the noise, in units of its own features.
     #[inline]
-    fn octave(&self, place: Place, octave: u32) -> f32 {
-        let [seed, x, y, z] = hash::pcg4d([self.seed, octave, 0, 0]);
+    fn octave(&self, place: Place, octave: u32, channel: u32) -> f32 {
+        let [seed, x, y, z] = hash::pcg4d([self.seed, octave, channel, 0]);
         let offset = DVec3::from_array([x, y, z].map(|v| f64::from(v) / (1_u64 << 32) as f64));
         match place {
             Place::Plane(p) => noise_2d((p + offset.truncate()).to_array(), seed),
@@ -187,8 +236,18 @@ impl Noise {
 
 impl PatternKind for Noise {
     fn numbers(&self, lookup: &Lookup<'_>) -> Rgb {
+        let ([a, b], place, widths) = (self.colors, lookup.place(), lookup.widths());
+        match self.channels {
+            NoiseChannels::Gray => a + (b - a) * self.value(place, widths, 0),
+            NoiseChannels::Colored => {
+                a + (b - a) * Rgb::from_array([0, 1, 2].map(|channel| self.value(place, widths, channel)))
+            }
+        }
+    }
+
+    fn spread(&self, lookup: &Lookup<'_>) -> f32 {
         let [a, b] = self.colors;
-        a + (b - a) * self.value(lookup.place(), lookup.widths())
+        (b - a).map(f32::abs).mean() * self.unseen(lookup.place(), lookup.widths())
     }
 
     fn max_value(&self, _textures: &Textures<'_>) -> Rgb {

@@ -21,6 +21,14 @@ impl Color {
         matches!(self, Self::Constant(_))
     }
 
+    /// The texture that it reads.
+    pub fn texture(&self) -> Option<TextureId> {
+        match self {
+            Self::Constant(_) => None,
+            Self::Texture(id) | Self::Tinted(id, _) => Some(*id),
+        }
+    }
+
     /// Converts a constant or a tint from Rec. 709 to a working space; the texture converts its own colours.
     pub fn convert(&mut self, space: WorkingSpace) {
         match self {

@@ -15,7 +15,7 @@
 
 use serde::Deserialize;
 
-use super::{FindBitmap, Lookup, PatternKind, Textures};
+use super::{FindSources, Lookup, PatternKind, Textures};
 use crate::{
     math::{DVec2, Rgb, float},
     value::{Positive, Problem, RgbFactor},
@@ -30,7 +30,7 @@ pub struct StripesDesc {
 }
 
 impl StripesDesc {
-    pub fn compile(&self, _find: &FindBitmap<'_>) -> Result<Stripes, Problem> {
+    pub fn compile(&self, _find: &FindSources<'_>) -> Result<Stripes, Problem> {
         Ok(Stripes {
             colors: [self.a.0, self.b.0],
             width: self.width.0,

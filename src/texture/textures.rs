@@ -72,8 +72,12 @@ impl Textures<'_> {
         match scalar.texture() {
             None => test(scalar.at_number(0.0)),
             Some((id, channel)) => {
-                let pattern = &self.textures[id.0 as usize].pattern;
-                pattern.all(self, channel, &|number| test(scalar.at_number(number)))
+                let Texture { pattern, factor, .. } = &self.textures[id.0 as usize];
+                let factor = match channel {
+                    Channel::A => 1.0,
+                    _ => channel_of(*factor, channel),
+                };
+                pattern.all(self, channel, &|number| test(scalar.at_number(number * factor)))
             }
         }
     }
@@ -88,7 +92,7 @@ impl Textures<'_> {
     pub fn max_value(&self, color: &Color) -> f32 {
         let of = |id: &TextureId| {
             let texture = &self.textures[id.0 as usize];
-            texture.colors.convert(texture.pattern.max_value(self))
+            texture.colors.convert(texture.max_numbers(self))
         };
         let max_value = match color {
             Color::Constant(c) => *c,
@@ -96,6 +100,29 @@ impl Textures<'_> {
             Color::Tinted(id, tint) => of(id) * *tint,
         };
         max_value.max_component()
+    }
+
+    /// The largest value of each channel of a source that another texture reads.
+    pub(super) fn max_numbers(&self, source: &Color) -> Rgb {
+        let of = |id: &TextureId| {
+            let texture = &self.textures[id.0 as usize];
+            texture.rec709.convert(texture.max_numbers(self))
+        };
+        match source {
+            Color::Constant(c) => *c,
+            Color::Texture(id) => of(id),
+            Color::Tinted(id, tint) => of(id) * *tint,
+        }
+    }
+
+    /// The numbers of a source that another texture reads.
+    pub(super) fn source_numbers(&self, source: &Color, at: &TexturePoint) -> Rgb {
+        let of = |id: &TextureId| self.textures[id.0 as usize].source_numbers(self, at);
+        match source {
+            Color::Constant(c) => *c,
+            Color::Texture(id) => of(id),
+            Color::Tinted(id, tint) => of(id) * *tint,
+        }
     }
 
     /// A bound on the largest channel of a colour over a triangle with these corners, as it is without a footprint.

@@ -26,7 +26,7 @@
 use serde::Deserialize;
 
 use super::{
-    FindBitmap, Lookup, PatternKind, Textures,
+    FindSources, Lookup, PatternKind, Textures,
     band_limit::contrast,
     cellular::{self, Nearest},
     lookup::Place,
@@ -61,7 +61,7 @@ pub struct VoronoiDesc {
 }
 
 impl VoronoiDesc {
-    pub fn compile(&self, _find: &FindBitmap<'_>) -> Result<Voronoi, Problem> {
+    pub fn compile(&self, _find: &FindSources<'_>) -> Result<Voronoi, Problem> {
         Ok(Voronoi {
             colors: [self.a.0, self.b.0],
             value: self.value,
@@ -80,22 +80,26 @@ pub struct Voronoi {
     pub seed: u32,
 }
 
-/// The mean of a value, and the rate at which it loses contrast, see [`contrast`].
-type Statistics = (f32, f32);
+/// The mean of a value, the rate at which it loses contrast, see [`contrast`], and its standard deviation.
+type Statistics = (f32, f32, f32);
 
 /// Of each value on s and t.
-const IN_PLANE: [Statistics; 3] = [(0.429_7, 0.54), (0.269_4, 1.15), (0.5, 0.35)];
+const IN_PLANE: [Statistics; 3] = [(0.429_7, 0.54, 0.190), (0.269_4, 1.15, 0.201), (0.5, 0.35, 0.289)];
 /// Of each value in space.
-const IN_SPACE: [Statistics; 3] = [(0.520_4, 0.4), (0.196_6, 1.0), (0.5, 0.35)];
+const IN_SPACE: [Statistics; 3] = [(0.520_4, 0.4, 0.172), (0.196_6, 1.0, 0.158), (0.5, 0.35, 0.289)];
 
 impl Voronoi {
-    /// The value at a place, for each channel from 0 to 1, over a footprint of this width and length.
-    fn value(&self, place: Place, widths: [f32; 2]) -> Rgb {
+    fn statistics(&self, place: Place) -> Statistics {
         let all = match place {
             Place::Plane(_) => &IN_PLANE,
             Place::Space(_) => &IN_SPACE,
         };
-        let (mean, falloff) = all[self.value as usize];
+        all[self.value as usize]
+    }
+
+    /// The value at a place, for each channel from 0 to 1, over a footprint of this width and length.
+    fn value(&self, place: Place, widths: [f32; 2]) -> Rgb {
+        let (mean, falloff, _) = self.statistics(place);
         let seen = contrast(widths.map(|w| w * self.scale), falloff);
         let Some(place) = place.scaled(self.scale).filter(|_| seen > 0.0) else {
             return Rgb::gray(mean);
@@ -117,6 +121,13 @@ impl PatternKind for Voronoi {
     fn numbers(&self, lookup: &Lookup<'_>) -> Rgb {
         let [a, b] = self.colors;
         a + (b - a) * self.value(lookup.place(), lookup.widths())
+    }
+
+    fn spread(&self, lookup: &Lookup<'_>) -> f32 {
+        let (_, falloff, deviation) = self.statistics(lookup.place());
+        let seen = contrast(lookup.widths().map(|w| w * self.scale), falloff);
+        let [a, b] = self.colors;
+        (b - a).map(f32::abs).mean() * deviation * (1.0 - seen * seen).clamp(0.0, 1.0).sqrt()
     }
 
     fn max_value(&self, _textures: &Textures<'_>) -> Rgb {

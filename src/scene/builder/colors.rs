@@ -41,9 +41,11 @@ impl SceneBuilder {
             let bitmap = &self.bitmaps[id.0 as usize];
             if is_color(id) {
                 texture.colors = ColorConversion::new(bitmap.primaries, space);
+                texture.rec709 = ColorConversion::new(bitmap.primaries, WorkingSpace::Rec709);
             }
             if bitmap.negative > 0 {
                 texture.colors = texture.colors.clamped();
+                texture.rec709 = texture.rec709.clamped();
             }
         }
     }

@@ -1,12 +1,14 @@
 //! Tests on patterns without files: their means over an area, from afar, and over a footprint.
 
+mod algebra;
+
 use std::cell::RefCell;
 
 use super::{
     Mapping, Pattern, Texture, TexturePoint, Textures,
     brick::Brick,
     gradient::{Along, GradientPattern, GradientWrap},
-    noise::{Noise, NoiseForm},
+    noise::{Noise, NoiseChannels, NoiseForm},
     solid::{SolidDesc, SolidSpace},
     voronoi::{CellValue, Voronoi},
 };
@@ -26,6 +28,7 @@ fn noise(form: NoiseForm) -> Pattern {
         lacunarity: 2.0,
         gain: 0.5,
         seed: 5,
+        channels: NoiseChannels::Gray,
     })
 }
 

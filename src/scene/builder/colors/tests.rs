@@ -6,7 +6,10 @@ use crate::{
     light::{LightDesc, LightFind, ProfileId},
     material::{Find, MaterialDesc, MaterialId},
     math::{ColorConversion, DVec3, Primaries, Rgb, Vec2, Vec3, WorkingSpace},
-    texture::{BitmapId, Color, Mapping, PatternDesc, Texture, TextureId, TexturePoint, Textures},
+    texture::{
+        BitmapId, Color, FindSources, Mapping, Pattern, PatternDesc, Texture, TextureId, TexturePoint, Textures,
+        constant::Constant,
+    },
     value::{ColorSource, Spanned},
 };
 
@@ -43,14 +46,14 @@ fn numbers(kind: &impl Debug) -> Vec<String> {
 /// Compiles a description of a room; `None` if it is not valid.
 fn compiled(room: &str, text: &str) -> Option<[Vec<String>; 2]> {
     let space = WorkingSpace::AcesCg;
+    let color = |source: &Spanned<ColorSource>| {
+        Ok(match source.get_ref() {
+            ColorSource::Constant(color) => Color::Constant(*color),
+            _ => Color::Texture(TextureId(0)),
+        })
+    };
     match room {
         "material" => {
-            let color = |source: &Spanned<ColorSource>| {
-                Ok(match source.get_ref() {
-                    ColorSource::Constant(color) => Color::Constant(*color),
-                    _ => Color::Texture(TextureId(0)),
-                })
-            };
             let find = Find {
                 color: &color,
                 material: &|_| Ok(MaterialId(0)),
@@ -60,7 +63,11 @@ fn compiled(room: &str, text: &str) -> Option<[Vec<String>; 2]> {
         }
         "texture" => {
             let pattern = toml::from_str::<PatternDesc>(text).ok()?;
-            let pattern = pattern.compile(&|_| Ok(BitmapId(0))).ok()?;
+            let find = FindSources {
+                bitmap: &|_| Ok(BitmapId(0)),
+                color: &color,
+            };
+            let pattern = pattern.compile(&find).ok()?;
             // Patterns keep their colours: what is looked up in them is converted.
             let convert = |colors: &mut Vec<Rgb>| {
                 let conversion = ColorConversion::new(Primaries::default(), space);
@@ -68,8 +75,10 @@ fn compiled(room: &str, text: &str) -> Option<[Vec<String>; 2]> {
             };
             let places = (0..64).map(|i| Vec2::new((i % 8) as f32, (i / 8) as f32) / 8.0);
             let texture = Texture::new(Mapping::Uv, pattern);
+            let gray = Constant { color: Rgb::gray(0.5) };
+            let gray = Texture::new(Mapping::Uv, Pattern::Constant(gray));
             let textures = Textures {
-                textures: &[],
+                textures: &[gray],
                 bitmaps: &[],
             };
             let at = |uv| TexturePoint {

@@ -1,0 +1,56 @@
+//! A texture turned over: what was dark is light.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `input` | number, `[r, g, b]` or `"texture.NAME"` | | required |
+//!
+//! ```toml
+//! [texture.smooth]
+//! invert = { input = "texture.worn" }
+//!
+//! [texture.worn]
+//! noise = { scale = 5 }
+//! ```
+//!
+//! Each channel is 1 minus that of the input, and at least 0. The input keeps its own mapping; that of this texture is not used.
+
+use serde::Deserialize;
+
+use super::{Color, FindSources, Lookup, PatternKind, TextureId, Textures};
+use crate::{
+    math::Rgb,
+    value::{ColorSource, Problem, Spanned},
+};
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct InvertDesc {
+    pub input: Spanned<ColorSource>,
+}
+
+impl InvertDesc {
+    pub fn compile(&self, find: &FindSources<'_>) -> Result<Invert, Problem> {
+        Ok(Invert(find.color(&self.input)?))
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct Invert(pub Color);
+
+impl PatternKind for Invert {
+    fn numbers(&self, lookup: &Lookup<'_>) -> Rgb {
+        (Rgb::WHITE - lookup.color(&self.0)).max(Rgb::BLACK)
+    }
+
+    fn spread(&self, lookup: &Lookup<'_>) -> f32 {
+        lookup.spread(&self.0)
+    }
+
+    fn max_value(&self, _textures: &Textures<'_>) -> Rgb {
+        Rgb::WHITE
+    }
+
+    fn sources(&self) -> [Option<TextureId>; 3] {
+        [self.0.texture(), None, None]
+    }
+}

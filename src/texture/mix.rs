@@ -1,0 +1,78 @@
+//! A mixture of two textures by a third.
+//!
+//! | key | type | unit | default |
+//! |---|---|---|---|
+//! | `a`, `b` | number, `[r, g, b]` or `"texture.NAME"` | | required |
+//! | `factor` | number from 0 to 1 or `"texture.NAME"` (channel r): the share of `b` | | 0.5 |
+//!
+//! ```toml
+//! [texture.mossy]
+//! mix = { a = [0.5, 0.48, 0.45], b = [0.1, 0.2, 0.03], factor = "texture.spots" }
+//!
+//! [texture.spots]
+//! noise = { scale = 3 }
+//! mapping = "object"
+//! ```
+//!
+//! Each channel is a (1 - f) + b f, in linear light. The textures keep their own mappings; that of the mixture is not used.
+
+use serde::Deserialize;
+
+use super::{Color, FindSources, Lookup, PatternKind, Scalar, TextureId, Textures};
+use crate::{
+    math::Rgb,
+    value::{ColorSource, Problem, ScalarSource, Spanned},
+};
+
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct MixPatternDesc {
+    pub a: Spanned<ColorSource>,
+    pub b: Spanned<ColorSource>,
+    pub factor: Option<Spanned<ScalarSource>>,
+}
+
+impl MixPatternDesc {
+    pub fn compile(&self, find: &FindSources<'_>) -> Result<MixPattern, Problem> {
+        Ok(MixPattern {
+            sources: [find.color(&self.a)?, find.color(&self.b)?],
+            factor: match &self.factor {
+                Some(factor) => find.unit_scalar(factor)?,
+                None => Scalar::Constant(0.5),
+            },
+        })
+    }
+}
+
+#[derive(Clone, Copy, Debug)]
+pub struct MixPattern {
+    pub sources: [Color; 2],
+    /// The share of the second, from 0 to 1.
+    pub factor: Scalar,
+}
+
+impl PatternKind for MixPattern {
+    fn numbers(&self, lookup: &Lookup<'_>) -> Rgb {
+        let factor = lookup.scalar(&self.factor).clamp(0.0, 1.0);
+        let [a, b] = self.sources.each_ref().map(|source| lookup.color(source));
+        a * (1.0 - factor) + b * factor
+    }
+
+    fn spread(&self, lookup: &Lookup<'_>) -> f32 {
+        let factor = lookup.scalar(&self.factor).clamp(0.0, 1.0);
+        let [a, b] = self.sources.each_ref().map(|source| lookup.spread(source));
+        let [near, far] = self.sources.each_ref().map(|source| lookup.color(source));
+        let by_factor = (far - near).map(f32::abs).mean() * lookup.scalar_spread(&self.factor);
+        a * (1.0 - factor) + b * factor + by_factor
+    }
+
+    fn max_value(&self, textures: &Textures<'_>) -> Rgb {
+        let [a, b] = self.sources.each_ref().map(|source| textures.max_numbers(source));
+        a.max(b)
+    }
+
+    fn sources(&self) -> [Option<TextureId>; 3] {
+        let [a, b] = self.sources.each_ref().map(Color::texture);
+        [a, b, self.factor.texture().map(|(id, _)| id)]
+    }
+}
