@@ -9,7 +9,7 @@ use super::{
 use crate::{
     assets::model::{Model, ModelTexture, UvSet},
     describe::{MaterialEntry, SceneDesc},
-    material::{Find, Material, MaterialId, matte::Matte, principled::Principled},
+    material::{Find, Material, MaterialId, NormalMap, matte::Matte, principled::Principled},
     scene::{BackFaces, MaterialBackFaces, SceneBuilder, two_sided_reason},
     texture::{BitmapId, Color, Mapping, Pattern, Texture, TextureId, Textures, image::ImagePattern},
     value::{ColorSource, Problem, Spanned},
@@ -20,13 +20,18 @@ impl Compiler<'_> {
     pub(super) fn materials(&mut self) {
         let names = MaterialNames::new(self.desc);
         for entry in &self.desc.materials {
-            if let Some(material) = self.record(names.material(entry)) {
-                let id = self.scene.named_material(entry.name.get_ref(), material);
-                if let Some(backs) = &entry.back_faces {
-                    let (own, in_file) = (*backs.get_ref(), *backs.get_ref());
-                    self.scene
-                        .set_material_back_faces(id, MaterialBackFaces { own, in_file });
-                }
+            let Some(material) = self.record(names.material(entry)) else {
+                continue;
+            };
+            let map = self.record(names.normal_map(entry, &material)).flatten();
+            let id = self.scene.named_material(entry.name.get_ref(), material);
+            if let Some(map) = map {
+                self.scene.set_normal_map(id, map);
+            }
+            if let Some(backs) = &entry.back_faces {
+                let (own, in_file) = (*backs.get_ref(), *backs.get_ref());
+                self.scene
+                    .set_material_back_faces(id, MaterialBackFaces { own, in_file });
             }
         }
     }
@@ -57,6 +62,34 @@ impl<'a> MaterialNames<'a> {
             }
             _ => Ok(material),
         }
+    }
+
+    /// Compiles the normal map that a material of the scene file is given.
+    pub fn normal_map(&self, entry: &MaterialEntry, material: &Material) -> Result<Option<NormalMap>, Problem> {
+        let find = Find {
+            color: &|source| textures::color(self.desc, source),
+            material: &|name| self.component(name, &[]),
+        };
+        let (span, map) = match (&entry.bump, &entry.normal) {
+            (None, None) => return Ok(None),
+            (Some(bump), None) => (bump.span(), bump.get_ref().compile(&find)?),
+            (None, Some(normal)) => (normal.span(), normal.get_ref().compile(&find)?),
+            (Some(_), Some(normal)) => {
+                return Err(Problem::at(
+                    normal.span(),
+                    "a material has `bump` or `normal`, not both",
+                ));
+            }
+        };
+        if material.mixture().is_some() {
+            let problem = Problem::at(span, "a mixture has no surface of its own");
+            return Err(problem.with_help("give it to the materials that are mixed"));
+        }
+        if material.normal_map().is_some() {
+            let kind = entry.material.name();
+            return Err(Problem::at(span, format!("`{kind}` has a normal map already")));
+        }
+        Ok(Some(map))
     }
 
     /// Compiles a material that the mixtures `within` are made of, itself the last of them.

@@ -154,6 +154,7 @@ impl SceneMotion {
         }
         let shading = ShadingUpdate {
             materials: self.materials(scene, desc, (&looks, time))?,
+            normal_maps: Vec::new(),
             textures: self.textures((&looks, time)),
             lights: self.lights(scene, desc, &models)?,
             background: None,

@@ -76,7 +76,11 @@ impl Refresher {
         for change in changes {
             match *change {
                 Change::Material(at) => {
-                    let Some(mut material) = names.material(&desc.materials[at]).map_err(&mut keep).ok() else {
+                    let entry = &desc.materials[at];
+                    let Some(mut material) = names.material(entry).map_err(&mut keep).ok() else {
+                        continue;
+                    };
+                    let Some(map) = names.normal_map(entry, &material).map_err(&mut keep).ok() else {
                         continue;
                     };
                     material.convert_colors(space);
@@ -85,6 +89,7 @@ impl Refresher {
                     let name = desc.materials[at].name.get_ref();
                     warn_of_gain(name, &material, &scene.textures(), store.warnings());
                     shading.materials.push((id, material));
+                    shading.normal_maps.push((id, map));
                 }
                 Change::Light(at) => {
                     let compiled = light_names.find(scene.origin, |find| desc.lights[at].light.compile(find));

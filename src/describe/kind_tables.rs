@@ -43,7 +43,7 @@ pub(super) static FILTER: KindTable = table("filter", FilterDesc::NAMES);
 pub(super) static INTEGRATOR: KindTable = table("integrator", IntegratorDesc::NAMES);
 pub(super) static MAPPING: KindTable = table("mapping", MappingDesc::NAMES);
 pub(super) static MATERIAL: KindTable = KindTable {
-    beside: &["back_faces"],
+    beside: &["back_faces", "bump", "normal"],
     ..table("material", MaterialDesc::NAMES)
 };
 pub(super) static SAMPLER: KindTable = table("sampler", SamplerDesc::NAMES);

@@ -205,18 +205,26 @@ impl Reader<'_> {
         self.kind(value, &kind_tables::CAMERA).map(|c| Spanned::new(span, c))
     }
 
+    /// Reads the value of a key that need not be there. What is wrong with it is collected.
+    fn optional<'i, T: Deserialize<'i>>(&mut self, value: Option<Value<'i>>) -> Option<T> {
+        value.and_then(|value| self.entity(value))
+    }
+
     /// Parses the table of a material.
     pub fn material(&mut self, name: Spanned<String>, mut value: Value<'_>) -> Option<MaterialEntry> {
-        let back_faces = match value.get_mut() {
-            DeValue::Table(table) => table.remove("back_faces"),
+        let mut take = |key: &str| match value.get_mut() {
+            DeValue::Table(table) => table.remove(key),
             _ => None,
         };
-        let back_faces = back_faces.and_then(|backs| self.entity(backs));
+        let (backs, bump, normal) = (take("back_faces"), take("bump"), take("normal"));
+        let (back_faces, bump, normal) = (self.optional(backs), self.optional(bump), self.optional(normal));
         let material: MaterialDesc = self.kind(value, &kind_tables::MATERIAL)?;
         Some(MaterialEntry {
             name,
             back_faces,
             material,
+            bump,
+            normal,
         })
     }
 
@@ -315,16 +323,15 @@ impl Reader<'_> {
             _ => None,
         };
         let (warp, factor) = (take("warp"), take("factor"));
-        let warp = warp.map(|given| self.entity(given));
-        let factor = factor.map(|given| self.entity(given));
+        let (warp, factor) = (self.optional(warp), self.optional(factor));
         let pattern: PatternDesc = self.kind(Spanned::new(span, value.into_inner()), &kind_tables::TEXTURE)?;
         Some(TextureEntry {
             name,
             pattern,
             mapping,
             transform,
-            warp: warp.map_or(Some(None), |read| read.map(Some))?,
-            factor: factor.map_or(Some(None), |read| read.map(Some))?,
+            warp,
+            factor,
         })
     }
 

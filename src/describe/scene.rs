@@ -35,7 +35,7 @@ use super::{LightGroupName, ObjectPartDesc, OutputDesc, PartsDesc, RenderDesc, S
 use crate::{
     camera::{CameraDesc, path::Shutter},
     light::{LightDesc, environment::EnvironmentDesc, gradient::GradientDesc, sky::SkyDesc},
-    material::MaterialDesc,
+    material::{BumpDesc, MaterialDesc, NormalDesc},
     math::{Transform, transform},
     scene::{BackFaces, ObjectBackFaces, RayVisibility},
     shape::ShapeDesc,
@@ -206,13 +206,19 @@ pub struct TextureEntry {
 
 /// A material: how a surface reflects, transmits and emits light.
 ///
-/// The table has one key, which names the kind of material, and may have another:
+/// The table has one key that names the kind of material, and may have others:
 ///
-/// | key | type | default |
-/// |---|---|---|
-/// | `back_faces` | `"shaded"`, `"black"` or `"culled"`: how the side looks to which normals do not point, see [`[[object]]`](object.md) | `"shaded"` |
+/// | key | type | unit | default |
+/// |---|---|---|---|
+/// | `back_faces` | `"shaded"`, `"black"` or `"culled"`: how the side looks to which normals do not point, see [`[[object]]`](object.md) | | `"shaded"` |
+/// | `bump` | `{ height = "texture.NAME", distance }`: heights above the surface, 0 where the texture (channel r) is 0 and `distance` where it is 1 | m | none |
+/// | `normal` | `{ map = "texture.NAME", scale }`, in place of `bump`: a tangent-space normal map, raw, and its strength | | none; 1 |
 ///
 /// Objects use the material by its NAME. Objects whose material emits light are area lights.
+///
+/// `bump` and `normal` turn the shading normal; the surface stays where it is. Heights may come from any texture, with any mapping, and are as high as `distance`
+/// in the object's own space. Their slope is measured over a texel, or over what a ray sees of the surface where that is more, so that they fade from afar. The normals of a map
+/// belong to its s and t. A clear coat keeps the normal of the bare surface. A mixture takes those of its materials. The `whitted` integrator ignores both.
 ///
 /// ```toml
 /// [material.wall]
@@ -221,12 +227,22 @@ pub struct TextureEntry {
 /// [[object]]
 /// material = "wall"
 /// shape.cuboid = { min = [-1, 0, -1], max = [1, 2, 1] }
+///
+/// [material.hammered]
+/// metal = { preset = "copper", roughness = 0.2 }
+/// bump = { height = "texture.dents", distance = 0.01 }
+///
+/// [texture.dents]
+/// voronoi = { scale = 20 }
+/// mapping = "object"
 /// ```
 #[derive(Clone, Debug)]
 pub struct MaterialEntry {
     pub name: Spanned<String>,
     pub back_faces: Option<Spanned<BackFaces>>,
     pub material: MaterialDesc,
+    pub bump: Option<Spanned<BumpDesc>>,
+    pub normal: Option<Spanned<NormalDesc>>,
 }
 
 /// A light that is no object. The table has one key that names the kind of light, and may have others:

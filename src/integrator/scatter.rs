@@ -34,12 +34,13 @@ impl BsdfVisitor for Scatter<'_, '_> {
             material,
             ..
         } = self;
+        let has_map = context.scene.shading.normal_map(surface.material).is_some();
         let shading_frame = shading_frame(context.scene, surface, material, bsdf);
         let adapted = shading_frame.adapt(bsdf);
         let bsdf = adapted.as_ref().unwrap_or(bsdf);
         let ShadingFrame { frame, base, coat, .. } = shading_frame;
         let wo_local = frame.to_local(surface.wo);
-        if (material.normal_map().is_some() || coat.is_some()) && !bsdf.transmits() {
+        if (has_map || coat.is_some()) && !bsdf.transmits() {
             let folded = Folded {
                 bsdf,
                 plane: frame.to_local(base),

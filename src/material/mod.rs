@@ -1,7 +1,7 @@
 //! Materials: the BSDF, the emission and the opacity of a surface, from colours and textures.
 
 pub use medium::Medium;
-pub use normal_map::{HeightMap, NormalMap, TangentNormals};
+pub use normal_map::{BumpDesc, HeightMap, NormalDesc, NormalMap, TangentNormals};
 
 pub use crate::math::Sidedness;
 use crate::{
@@ -140,7 +140,8 @@ pub trait MaterialKind {
         None
     }
 
-    /// The normal map, if there is one.
+    /// The normal map of its own, if there is one. Any material may be given another one, see
+    /// [`SceneShading::normal_map`](crate::scene::SceneShading::normal_map).
     fn normal_map(&self) -> Option<NormalMap> {
         None
     }

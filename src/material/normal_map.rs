@@ -1,10 +1,61 @@
 //! Maps that turn shading normals: normal maps and height maps.
 
+use serde::Deserialize;
+
+use super::Find;
 use crate::{
     math::{Rgb, Vec2, Vec3},
-    texture::{Color, TextureId, TexturePoint, Textures},
-    value::Channel,
+    texture::{Color, Scalar, TextureId, TexturePoint, Textures},
+    value::{Channel, ColorSource, Finite, Problem, ScalarSource, Spanned},
 };
+
+/// The key `bump` of a material.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct BumpDesc {
+    pub height: Spanned<ScalarSource>,
+    pub distance: Finite,
+}
+
+/// The key `normal` of a material.
+#[derive(Clone, Debug, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub struct NormalDesc {
+    pub map: Spanned<ColorSource>,
+    pub scale: Option<Finite>,
+}
+
+impl BumpDesc {
+    pub fn compile(&self, find: &Find<'_>) -> Result<NormalMap, Problem> {
+        match super::scalar(&self.height, Channel::R, find)? {
+            Scalar::Texture(texture, channel, _) | Scalar::Inverted(texture, channel, _) => {
+                Ok(NormalMap::Heights(HeightMap {
+                    texture,
+                    channel: Some(channel),
+                    scale: self.distance.0,
+                }))
+            }
+            Scalar::Constant(_) => Err(without_texture(self.height.span())),
+        }
+    }
+}
+
+impl NormalDesc {
+    pub fn compile(&self, find: &Find<'_>) -> Result<NormalMap, Problem> {
+        let color = find.color(&self.map)?;
+        if color.is_constant() {
+            return Err(without_texture(self.map.span()));
+        }
+        Ok(NormalMap::Normals(TangentNormals {
+            color,
+            scale: self.scale.map_or(1.0, |scale| scale.0),
+        }))
+    }
+}
+
+fn without_texture(span: std::ops::Range<usize>) -> Problem {
+    Problem::at(span, "a number turns no normals").with_help("name a texture: \"texture.NAME\"")
+}
 
 /// A map that turns the shading normal.
 #[derive(Clone, Copy, Debug)]
@@ -86,8 +137,13 @@ impl HeightMap {
 mod tests {
     use super::*;
     use crate::{
-        math::{ColorConversion, DVec3, WorkingSpace},
-        texture::{Mapping, Pattern, StTransform, Texture, constant::Constant, mapping::Ramp},
+        math::{ColorConversion, DVec3, WorkingSpace, hash},
+        texture::{
+            Mapping, MappingDesc, Pattern, StTransform, Texture,
+            constant::Constant,
+            mapping::Ramp,
+            noise::{Noise, NoiseChannels, NoiseForm},
+        },
     };
 
     /// The normal that a map of one colour, which leans by (0.6, 0, 0.8), tells on a surface whose u runs along x.
@@ -130,6 +186,74 @@ mod tests {
             let along = Vec2::new(4.0 * 2.0, 0.5).normalize() * 0.6;
             [along.x, along.y, 0.8]
         });
+    }
+
+    /// The normal at `p` of the surface `lifted` along the tangents `a` and `b`, by short differences.
+    fn tessellated([a, b]: [Vec3; 2], lifted: impl Fn(Vec3) -> Vec3) -> Vec3 {
+        const STEP: f32 = 2e-3;
+        let along = |d: Vec3| lifted(d * STEP) - lifted(d * -STEP);
+        along(a).cross(along(b)).normalize()
+    }
+
+    #[test]
+    fn a_bump_has_the_normal_of_the_lifted_surface() {
+        let noise = Noise {
+            colors: [Rgb::BLACK, Rgb::WHITE],
+            form: NoiseForm::Fbm,
+            scale: 4.0,
+            octaves: 2,
+            lacunarity: 2.0,
+            gain: 0.5,
+            seed: 3,
+            channels: NoiseChannels::Gray,
+        };
+        let solid = MappingDesc::Object(Default::default())
+            .compile(DVec3::ZERO)
+            .expect("a mapping");
+        let textures = Textures {
+            textures: &[Texture::new(solid, Pattern::Noise(noise))],
+            bitmaps: &[],
+        };
+        let bump = |scale| HeightMap {
+            texture: TextureId(0),
+            channel: Some(Channel::R),
+            scale,
+        };
+        let height =
+            |p: Vec3, scale: f32| textures.channel(TextureId(0), Channel::R, &TexturePoint::new(p, Vec3::Z)) * scale;
+        let mut steepest: f32 = 0.0;
+        for i in 0..100 {
+            let [x, y, z, w] = hash::pcg4d([i, 1, 2, 3]).map(hash::unit_f32);
+            let check = |at: TexturePoint, scale: f32, expected: Vec3, bound: f32| {
+                let gradient = bump(scale).gradient(&textures, &at, at.dpdu, at.dpdv);
+                let found = (at.n - gradient).normalize();
+                assert!((found - expected).length() < bound, "{i}: {found} {expected}");
+                (found - at.n).length()
+            };
+            // A plane, whose parameters are no unit vectors.
+            let at = TexturePoint {
+                dpdu: Vec3::new(0.7, 0.0, 0.0),
+                dpdv: Vec3::new(0.4, 1.6, 0.0),
+                ..TexturePoint::new(Vec3::new(x, y, 0.0) * 9.0, Vec3::Z)
+            };
+            let expected = tessellated([Vec3::X, Vec3::Y], |d| at.p + d + Vec3::Z * height(at.p + d, 0.2));
+            steepest = steepest.max(check(at, 0.2, expected, 0.01));
+            // A ball: the heights are small beside its radius.
+            let n = (Vec3::new(y, z, w) * 2.0 - 1.0).normalize();
+            let a = n.any_orthonormal_vector();
+            let at = TexturePoint {
+                dpdu: a * 0.3,
+                dpdv: n.cross(a) * 2.0,
+                curvature: 0.5,
+                ..TexturePoint::new(n * 2.0, n)
+            };
+            let expected = tessellated([a, n.cross(a)], |d| {
+                let p = (at.p + d).normalize() * 2.0;
+                p + p * 0.5 * height(p, 0.05)
+            });
+            check(at, 0.05, expected, 0.01);
+        }
+        assert!(steepest > 0.2, "the heights are flat: {steepest}");
     }
 
     #[test]

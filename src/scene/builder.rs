@@ -15,7 +15,7 @@ use crate::{
     accel::{self, BuildOptions},
     geometry::{BuildError, Geometry, GroupInstance, MeshGroup, PlacedShape, check},
     light::{Light, Profile},
-    material::{Material, MaterialId},
+    material::{Material, MaterialId, NormalMap},
     math::{DVec3, Runs, Transform, Vec4},
     shape::{
         Shape,
@@ -62,6 +62,8 @@ pub struct SceneBuilder {
     material_names: Vec<String>,
     /// Those of the first materials; the rest are shaded.
     back_faces: Vec<MaterialBackFaces>,
+    /// Those that are given to the first materials.
+    normal_maps: Vec<Option<NormalMap>>,
     textures: Vec<Texture>,
     bitmaps: Vec<Bitmap>,
     lights: Vec<Light>,
@@ -89,6 +91,7 @@ impl SceneBuilder {
             materials: Vec::new(),
             material_names: Vec::new(),
             back_faces: Vec::new(),
+            normal_maps: Vec::new(),
             textures: Vec::new(),
             bitmaps: Vec::new(),
             lights: Vec::new(),
@@ -135,6 +138,14 @@ impl SceneBuilder {
         self.materials.push(material);
         self.material_names.push(name.to_owned());
         MaterialId(self.materials.len() as u32 - 1)
+    }
+
+    /// Gives a material a normal map in place of its own.
+    pub fn set_normal_map(&mut self, material: MaterialId, map: NormalMap) {
+        let at = material.0 as usize;
+        let count = self.normal_maps.len().max(at + 1);
+        self.normal_maps.resize(count, None);
+        self.normal_maps[at] = Some(map);
     }
 
     /// Adds an object that is a shape.
@@ -432,7 +443,7 @@ impl SceneBuilder {
             hidden: self.hidden,
         };
         let mut shading = SceneShading::new(
-            (self.material_names, self.materials),
+            (self.material_names, self.materials, self.normal_maps),
             (self.textures, self.bitmaps),
             (self.lights, self.profiles),
             (self.light_groups, self.light_links),

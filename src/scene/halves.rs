@@ -10,7 +10,7 @@ use crate::{
     accel::Accelerator,
     geometry::PrimId,
     light::{Light, LightTables, Profile},
-    material::{Material, MaterialId},
+    material::{Material, MaterialId, NormalMap},
     math::{Runs, Transform, Vec4},
     texture::{Bitmap, StTransform, Texture, TextureId, TexturePoint, Textures},
 };
@@ -85,12 +85,18 @@ pub struct SceneShading {
     reads_footprints: bool,
     reads_scene_places: bool,
     pub(crate) bsdfs: MaterialBsdfs,
+    /// Those that are given to materials, for each of the first materials.
+    given_normal_maps: Vec<Option<NormalMap>>,
+    /// The normal map of each material.
+    normal_maps: Vec<Option<NormalMap>>,
 }
 
 /// New values of the shading.
 #[derive(Default)]
 pub struct ShadingUpdate {
     pub materials: Vec<(MaterialId, Material)>,
+    /// The normal maps that are given to materials.
+    pub normal_maps: Vec<(MaterialId, Option<NormalMap>)>,
     /// The transforms of textures.
     pub textures: Vec<(TextureId, StTransform)>,
     /// Analytic lights.
@@ -101,15 +107,19 @@ pub struct ShadingUpdate {
 impl ShadingUpdate {
     /// Whether nothing changes.
     pub fn is_empty(&self) -> bool {
-        self.materials.is_empty() && self.textures.is_empty() && self.lights.is_empty() && self.background.is_none()
+        self.materials.is_empty()
+            && self.normal_maps.is_empty()
+            && self.textures.is_empty()
+            && self.lights.is_empty()
+            && self.background.is_none()
     }
 }
 
 impl SceneShading {
-    /// Makes the shading of these materials, each with its name, and of these analytic lights with their profiles, the groups of all lights
-    /// and the sets that light objects.
+    /// Makes the shading of these materials, each with its name, the first of them with the normal maps that they are given, and of these analytic
+    /// lights with their profiles, the groups of all lights and the sets that light objects.
     pub fn new(
-        (material_names, materials): (Vec<String>, Vec<Material>),
+        (material_names, materials, given_normal_maps): (Vec<String>, Vec<Material>, Vec<Option<NormalMap>>),
         (textures, bitmaps): (Vec<Texture>, Vec<Bitmap>),
         (lights, profiles): (Vec<Light>, Vec<Profile>),
         (light_groups, light_links): (LightGroups, LightLinks),
@@ -123,6 +133,8 @@ impl SceneShading {
                 || textures.iter().any(|texture| texture.pattern.is_band_limited()),
             reads_scene_places: textures.iter().any(Texture::reads_scene),
             bsdfs: MaterialBsdfs::default(),
+            given_normal_maps,
+            normal_maps: Vec::new(),
             materials,
             material_names,
             textures,
@@ -148,9 +160,15 @@ impl SceneShading {
 
     /// Replaces these values.
     pub(super) fn update(&mut self, update: ShadingUpdate) {
-        let has_materials = !update.materials.is_empty();
+        let has_materials = !(update.materials.is_empty() && update.normal_maps.is_empty());
         for (id, material) in update.materials {
             self.materials[id.0 as usize] = material;
+        }
+        for (id, map) in update.normal_maps {
+            let at = id.0 as usize;
+            let count = self.given_normal_maps.len().max(at + 1);
+            self.given_normal_maps.resize(count, None);
+            self.given_normal_maps[at] = map;
         }
         for (id, transform) in update.textures {
             let texture = &mut self.textures[id.0 as usize];
@@ -174,14 +192,32 @@ impl SceneShading {
     /// Computes what follows from the materials.
     fn derive(&mut self) {
         self.media = Media::new(&self.materials);
-        self.bsdfs = MaterialBsdfs::new(&self.materials);
-        self.is_spatially_varying = self.materials.iter().map(Material::is_spatially_varying).collect();
+        let given = self.given_normal_maps.iter().copied().chain(std::iter::repeat(None));
+        let materials = self.materials.iter().zip(given);
+        self.normal_maps = materials
+            .map(|(material, given)| given.or(material.normal_map()))
+            .collect();
+        self.bsdfs = MaterialBsdfs::new(&self.materials, &self.given_normal_maps);
+        let varies =
+            |(material, map): (&Material, &Option<NormalMap>)| material.is_spatially_varying() || map.is_some();
+        self.is_spatially_varying = self.materials.iter().zip(&self.normal_maps).map(varies).collect();
         self.has_mixtures = self.materials.iter().any(|material| material.mixture().is_some());
     }
 
     #[inline]
     pub fn material(&self, id: MaterialId) -> &Material {
         &self.materials[id.0 as usize]
+    }
+
+    /// The normal map of a material: the one that it is given, or its own.
+    #[inline]
+    pub fn normal_map(&self, id: MaterialId) -> Option<&NormalMap> {
+        self.normal_maps[id.0 as usize].as_ref()
+    }
+
+    /// The normal map that a material is given in place of its own.
+    pub(super) fn given_normal_map(&self, id: MaterialId) -> Option<&NormalMap> {
+        self.given_normal_maps.get(id.0 as usize)?.as_ref()
     }
 
     /// The textures and bitmaps that materials refer to.

@@ -4,7 +4,7 @@ use std::{borrow::Cow, sync::OnceLock};
 
 use crate::{
     bsdf::Bsdf,
-    material::{BatchKind, Material, MaterialId},
+    material::{BatchKind, Material, MaterialId, NormalMap},
     texture::{TexturePoint, Textures},
 };
 
@@ -23,15 +23,21 @@ struct MaterialBsdf {
 }
 
 impl MaterialBsdfs {
-    pub fn new(materials: &[Material]) -> Self {
-        let of = |material: &Material| MaterialBsdf {
-            batch_kind: material.batch_kind(),
+    /// Those of materials, the first of which are given these normal maps.
+    pub fn new(materials: &[Material], normal_maps: &[Option<NormalMap>]) -> Self {
+        let of = |(i, material): (usize, &Material)| MaterialBsdf {
+            batch_kind: match normal_maps.get(i) {
+                Some(Some(_)) => BatchKind::Alone,
+                _ => material.batch_kind(),
+            },
             constant: (!material.is_spatially_varying()).then(OnceLock::new),
         };
-        let kinds = materials.iter().map(Material::batch_kind);
+        let all: Vec<_> = materials.iter().enumerate().map(of).collect();
         Self {
-            all: materials.iter().map(of).collect(),
-            batch_kinds: kinds.fold(0, |bits, kind| bits | 1 << kind as u8),
+            batch_kinds: all
+                .iter()
+                .fold(0, |bits, material| bits | 1 << material.batch_kind as u8),
+            all,
         }
     }
 

@@ -48,8 +48,9 @@ pub fn shading_frame(
     bsdf: &impl BsdfKind,
 ) -> ShadingFrame {
     let is_smooth = surface.ns != surface.ng;
-    let frame = if material.normal_map().is_some() || bsdf.reads_tangent() || bsdf.mirrors() && is_smooth {
-        let Frame { s, t, n } = turned_frame(scene, surface, material, bsdf.mirrors());
+    let map = scene.shading.normal_map(surface.material);
+    let frame = if map.is_some() || bsdf.reads_tangent() || bsdf.mirrors() && is_smooth {
+        let Frame { s, t, n } = turned_frame(scene, surface, map, bsdf.mirrors());
         // Copied by component, so that the compiler keeps the frame in registers.
         let [s, t, n] = [s, t, n].map(|v| Vec3::new(v.x, v.y, v.z));
         Frame { s, t, n }
@@ -98,7 +99,8 @@ fn is_mirrored(surface: &SurfaceInteraction, frame: &Frame, sign: f32) -> bool {
 /// The normal of a clear coat as authored; `None` if it is that of the surface.
 #[inline(never)]
 fn coat_normal(scene: &Scene, surface: &SurfaceInteraction, material: &Material) -> Option<Vec3> {
-    let n = material.coat_normal(&scene.textures(), &surface.texture)?;
+    let own = material.coat_normal(&scene.textures(), &surface.texture);
+    let n = own.or_else(|| scene.shading.given_normal_map(surface.material).map(|_| Vec3::Z))?;
     let base = tangent_frame(surface, reflecting(surface, surface.frame.n, surface.ng));
     let mapped = from_tangent_space(surface, &base, n).normalize_or(base.n);
     Some(reflecting(surface, mapped, base.n))
@@ -119,14 +121,14 @@ fn from_tangent_space(surface: &SurfaceInteraction, base: &Frame, v: Vec3) -> Ve
 /// A frame around the shading normal or the mapped normal, turned to the viewer; the first axis is the tangent. With `mirrors`
 /// the normal is also adjusted so that the mirror direction is above the surface.
 #[inline(never)]
-fn turned_frame(scene: &Scene, surface: &SurfaceInteraction, material: &Material, mirrors: bool) -> Frame {
+fn turned_frame(scene: &Scene, surface: &SurfaceInteraction, map: Option<&NormalMap>, mirrors: bool) -> Frame {
     let authored = if mirrors {
         reflecting(surface, surface.frame.n, surface.ng)
     } else {
         surface.frame.n
     };
     let base = tangent_frame(surface, authored);
-    let Some(map) = material.normal_map() else {
+    let Some(map) = map else {
         return base;
     };
     let textures = scene.textures();

@@ -1,4 +1,4 @@
-//! Height maps of OBJ materials shade a flat surface as the surface that they describe.
+//! Height maps of OBJ materials and of materials of scene files shade a flat surface as the surface that they describe.
 
 use crate::common::Folder;
 
@@ -93,4 +93,54 @@ fn a_bump_that_holds_normals_is_a_normal_map() {
     let folder = folder(SLOPE);
     let tilted = middle(&folder, "plain", SLOPE, &[""]);
     assert_close(middle(&folder, "normals", 0.0, &[""]), tilted, 0.01, "normals");
+}
+
+/// Light from a sun, and light from everywhere, which a mirror shows.
+const SUN: &str = "[[light]]\nsun = { direction = [-1, -0.5, -1], irradiance = [3, 3, 3], angle = 0 }\n";
+const GRADIENT: &str = "[background]\ngradient = { up = [0.1, 0.2, 0.9], side = [0.5, 0.3, 0.2], down = 0.1 }\n";
+
+/// Materials of scene files, each with its light.
+const MATERIALS: [(&str, &str); 8] = [
+    ("matte = { albedo = 0.5 }", SUN),
+    ("matte = { albedo = 0.5, roughness = 0.7 }", SUN),
+    (
+        "phong = { color = [0.5, 0.4, 0.3], specular = 0.3, shininess = 4 }",
+        SUN,
+    ),
+    ("metal = { preset = \"copper\", roughness = 0.6 }", SUN),
+    ("glass = { roughness = 0.6 }", SUN),
+    ("mirror = {}", GRADIENT),
+    ("principled = { base_color = 0.5, roughness = 0.6 }", SUN),
+    ("principled = { base_color = 0.5, roughness = 0.5, metallic = 1 }", SUN),
+];
+
+/// The direction in which the heights of the next function rise.
+const UPHILL: [f32; 2] = [0.866_025_4, 0.5];
+
+/// The middle of the picture of a square with this material and light, whose height rises by `slope`.
+fn middle_of((material, light): (&str, &str), slope: f32, more: &str) -> [f32; 3] {
+    let corner = |[x, y]: [f32; 2]| format!("[{x}, {y}, {}]", slope * (UPHILL[0] * x + UPHILL[1] * y));
+    let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(corner);
+    let pixels = Folder::new().render(&format!(
+        "[render]\nwidth = 8\nheight = 8\nsamples = 64\nintegrator.path = {{ max_depth = 2 }}\n\
+         [camera]\northographic = {{ eye = [0.1, 0.2, 5], target = [0.1, 0.2, 0], height = 0.4 }}\n{light}\
+         [texture.rise]\ngradient = {{}}\nmapping.object = {{ scale = 0.5, rotate = [0, 0, -30], offset = [0.5, 0, 0] }}\n\
+         [material.m]\n{material}\n{more}\n\
+         [[object]]\nmaterial = \"m\"\nshape.quad = {{ corners = [{}] }}\n",
+        corners.join(", ")
+    ));
+    pixels.iter().fold([0.0; 3], |sum, p| {
+        [0, 1, 2].map(|k| sum[k] + p[k] / pixels.len() as f32)
+    })
+}
+
+#[test]
+fn a_bump_of_any_material_shades_as_the_tilted_surface() {
+    for material in MATERIALS {
+        let bumped = middle_of(material, 0.0, "bump = { height = \"texture.rise\", distance = 0.6 }");
+        let (flat, tilted) = (middle_of(material, 0.0, ""), middle_of(material, 0.3, ""));
+        let differs = (0..3).any(|k| (tilted[k] / flat[k] - 1.0).abs() > 0.03);
+        assert!(differs, "{material:?}: the light tells nothing");
+        assert_close(bumped, tilted, 0.01, material.0);
+    }
 }

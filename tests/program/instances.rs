@@ -409,7 +409,7 @@ fn another_shading_builds_no_tree() {
     drop(other);
     let groups = scene.shading.light_groups.clone();
     let bare = SceneShading::new(
-        (vec![], vec![]),
+        (vec![], vec![], vec![]),
         (vec![], vec![]),
         (vec![], vec![]),
         (groups, LightLinks::default()),
