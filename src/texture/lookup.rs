@@ -1,6 +1,8 @@
 //! A look-up of a texture at a point of a surface, as patterns see it.
 
-use super::{Color, Scalar, Texture, TexturePoint, Textures, source::channel_of};
+use super::{
+    Color, Scalar, Texture, TexturePoint, Textures, source::channel_of, transform::less_periods, triplanar::Side,
+};
 use crate::{
     math::{DVec2, DVec3, Rgb, Vec2, Vec3},
     value::Channel,
@@ -15,6 +17,8 @@ pub struct Lookup<'a> {
     pub(super) at: &'a TexturePoint,
     /// The displacement of the coordinates, if there is one.
     pub(super) shift: Option<Vec3>,
+    /// The side of a body that the mapping shows, if it has sides.
+    pub(super) side: Option<Side>,
 }
 
 /// A place in the coordinates of a texture, in double precision.
@@ -71,10 +75,10 @@ impl Lookup<'_> {
     /// The coordinates s and t, of which whole periods of the pattern may be missing.
     #[inline]
     pub fn st(&self) -> Vec2 {
-        let st = self.texture.st(self.at);
-        match self.shift {
-            None => st,
-            Some(shift) => st + shift.truncate(),
+        match (self.side, self.shift) {
+            (None, None) => self.texture.st(self.at),
+            (None, Some(shift)) => self.texture.st(self.at) + shift.truncate(),
+            (Some(_), _) => less_periods(self.place().st(), self.texture.pattern.periods()),
         }
     }
 
@@ -82,6 +86,10 @@ impl Lookup<'_> {
     #[inline]
     pub fn st_axes(&self) -> [Vec2; 2] {
         let texture = self.texture;
+        if let (Some(side), Some(solid)) = (self.side, texture.mapping.solid()) {
+            let step = |duv| side.st(solid.step(self.at, duv).as_dvec3()).as_vec2();
+            return self.at.footprint.map(step);
+        }
         texture.mapping.footprint(self.at).map(|d| texture.transform.vector(d))
     }
 
@@ -96,7 +104,10 @@ impl Lookup<'_> {
         let (mapping, at) = (&self.texture.mapping, self.at);
         let shift = self.shift.unwrap_or_default().as_dvec3();
         match mapping.solid() {
-            Some(solid) => Place::Space(solid.place(at) + shift),
+            Some(solid) => match self.side {
+                None => Place::Space(solid.place(at) + shift),
+                Some(side) => Place::Plane(side.st(solid.place(at) + shift)),
+            },
             None => {
                 let st = mapping.st(at).as_dvec2() + mapping.origin(at).as_dvec2();
                 Place::Plane(self.texture.transform.exact(st) + shift.truncate())
@@ -142,8 +153,8 @@ impl Lookup<'_> {
             return [Vec3::ZERO; 2];
         }
         match self.texture.mapping.solid() {
-            Some(solid) => self.at.footprint.map(|duv| solid.step(self.at, duv)),
-            None => self.st_axes().map(|d| d.extend(0.0)),
+            Some(solid) if self.side.is_none() => self.at.footprint.map(|duv| solid.step(self.at, duv)),
+            _ => self.st_axes().map(|d| d.extend(0.0)),
         }
     }
 

@@ -8,6 +8,7 @@
 //! | `asin` | asin(n.x)/pi + 0.5 and asin(n.y)/pi + 0.5 for the unit normal n |
 //! | `object = { scale, rotate, offset }` | three coordinates: x, y and z of the object's own space, in metres |
 //! | `world = { scale, rotate, offset }` | three coordinates: x, y and z of the world, in metres |
+//! | `triplanar = { space, scale, rotate, offset, blend }` | two of these three coordinates, by the side that the surface faces |
 //!
 //! `axis` is `"x"`, `"y"` or `"z"`.
 //!
@@ -15,6 +16,10 @@
 //! of stone; others show their s and t along the first two coordinates. `scale`, a number or `[x, y, z]`, multiplies the coordinates; then
 //! `rotate = [x, y, z]` rotates them about the fixed x, y and z axes in this order (degrees); then `offset = [x, y, z]` is added. A texture in
 //! `object` moves with its object, one in `world` stays while objects move through it.
+//!
+//! `triplanar` lays a picture onto a body without texture coordinates, from the sides of x, y and z: its width and height are 1 m at a `scale` of 1.
+//! `space` is `"object"` (the default) or `"world"`. Between the sides the picture is blended: over nothing with a `blend` of 0, over all of a ball with 1
+//! (default 0.3). A bump takes its heights from it as well; a normal map cannot.
 //!
 //! ```toml
 //! [texture.floor]
@@ -34,6 +39,7 @@ use serde::Deserialize;
 use super::{
     TexturePoint, TextureSpace,
     solid::{Solid, SolidDesc, SolidSpace},
+    triplanar::{Triplanar, TriplanarDesc},
 };
 use crate::{
     math::{DVec3, Vec2, Vec3, trig},
@@ -53,6 +59,7 @@ pub enum MappingDesc {
     Asin(NoKeys),
     Object(SolidDesc),
     World(SolidDesc),
+    Triplanar(TriplanarDesc),
 }
 
 /// A kind without keys.
@@ -85,7 +92,7 @@ pub enum Axis {
 
 impl MappingDesc {
     /// The names of all mappings.
-    pub const NAMES: &[&str] = &["uv", "planar", "spherical", "asin", "object", "world"];
+    pub const NAMES: &[&str] = &["uv", "planar", "spherical", "asin", "object", "world", "triplanar"];
 
     /// Compiles the mapping for a scene around `origin`.
     pub fn compile(&self, origin: DVec3) -> Result<Mapping, Problem> {
@@ -99,6 +106,7 @@ impl MappingDesc {
             Self::Asin(_) => Mapping::Asin,
             Self::Object(solid) => Mapping::Solid(solid.compile(SolidSpace::Object, origin)),
             Self::World(solid) => Mapping::Solid(solid.compile(SolidSpace::World, origin)),
+            Self::Triplanar(desc) => Mapping::Triplanar(desc.compile(origin)),
         })
     }
 
@@ -106,13 +114,18 @@ impl MappingDesc {
     pub fn lies_on_mesh(&self) -> bool {
         match self {
             Self::Default | Self::Uv(_) | Self::Planar(_) | Self::Object(_) => true,
-            Self::Spherical(_) | Self::Asin(_) | Self::World(_) => false,
+            Self::Spherical(_) | Self::Asin(_) | Self::World(_) | Self::Triplanar(_) => false,
         }
     }
 
     /// Whether it gives three coordinates, which it scales, rotates and moves itself.
     pub fn is_solid(&self) -> bool {
-        matches!(self, Self::Object(_) | Self::World(_))
+        matches!(self, Self::Object(_) | Self::World(_) | Self::Triplanar(_))
+    }
+
+    /// Whether each side of a body has its own s and t.
+    pub fn has_sides(&self) -> bool {
+        matches!(self, Self::Triplanar(_))
     }
 }
 
@@ -174,6 +187,8 @@ pub enum Mapping {
     Asin,
     /// Three coordinates.
     Solid(Solid),
+    /// Two of three coordinates on each side.
+    Triplanar(Triplanar),
 }
 
 impl Mapping {
@@ -182,6 +197,16 @@ impl Mapping {
     pub fn solid(&self) -> Option<&Solid> {
         match self {
             Self::Solid(solid) => Some(solid),
+            Self::Triplanar(triplanar) => Some(&triplanar.solid),
+            _ => None,
+        }
+    }
+
+    /// The map from three sides.
+    #[inline]
+    pub(super) fn triplanar(&self) -> Option<&Triplanar> {
+        match self {
+            Self::Triplanar(triplanar) => Some(triplanar),
             _ => None,
         }
     }
@@ -203,7 +228,7 @@ impl Mapping {
                 Vec2::new(if turn < 0.0 { turn + 1.0 } else { turn }, asin(at.n.y))
             }
             Self::Asin => Vec2::new(asin(at.n.x), asin(at.n.y)),
-            Self::Solid(solid) => solid.place(at).truncate().as_vec2(),
+            Self::Solid(solid) | Self::Triplanar(Triplanar { solid, .. }) => solid.place(at).truncate().as_vec2(),
         }
     }
 
@@ -213,7 +238,7 @@ impl Mapping {
         match self {
             Self::Uv => at.uv_origin,
             Self::SecondUv => at.vertex.second_uv_origin,
-            Self::Planar { .. } | Self::Spherical | Self::Asin | Self::Solid(_) => Vec2::ZERO,
+            Self::Planar { .. } | Self::Spherical | Self::Asin | Self::Solid(_) | Self::Triplanar(_) => Vec2::ZERO,
         }
     }
 
@@ -255,7 +280,7 @@ impl Mapping {
                     Vec2::new(turn, dn.y * slope(at.n.y))
                 }
                 Self::Asin => Vec2::new(dn.x * slope(at.n.x), dn.y * slope(at.n.y)),
-                Self::Solid(solid) => solid.step(at, duv).truncate(),
+                Self::Solid(solid) | Self::Triplanar(Triplanar { solid, .. }) => solid.step(at, duv).truncate(),
             }
         })
     }

@@ -36,6 +36,7 @@ mod source;
 pub mod stripes;
 mod textures;
 pub mod transform;
+mod triplanar;
 pub mod voronoi;
 pub mod warp;
 
@@ -292,12 +293,26 @@ impl Texture {
             texture: self,
             at,
             shift: self.warp.as_ref().map(|warp| warp.shift(textures, at)),
+            side: None,
         }
+    }
+
+    /// The mean of `read` over the sides of a body that a point shows; `None` where the mapping has no sides.
+    #[inline]
+    fn over_sides(&self, textures: &Textures<'_>, at: &TexturePoint, read: impl Fn(&Lookup<'_>) -> Rgb) -> Option<Rgb> {
+        let sides = self.mapping.triplanar()?.sides(at);
+        let lookup = self.lookup(textures, at);
+        let shown = sides.into_iter().filter(|(_, share)| *share > 0.0);
+        Some(shown.fold(Rgb::BLACK, |sum, (side, share)| {
+            let side = Some(side);
+            sum + read(&Lookup { side, ..lookup }) * share
+        }))
     }
 
     /// The opacity, from 0 to 1.
     pub fn alpha(&self, textures: &Textures<'_>, at: &TexturePoint) -> f32 {
-        self.pattern.alpha(&self.lookup(textures, at))
+        let of_sides = self.over_sides(textures, at, |lookup| Rgb::gray(self.pattern.alpha(lookup)));
+        of_sides.map_or_else(|| self.pattern.alpha(&self.lookup(textures, at)), |alpha| alpha.r)
     }
 
     /// The directions in which s and t grow, each while the other stays, in the frame of the surface's tangent and bitangent, at a
@@ -330,7 +345,8 @@ impl Texture {
 
     /// The numbers at a point.
     pub(super) fn data(&self, textures: &Textures<'_>, at: &TexturePoint) -> Rgb {
-        let numbers = self.pattern.numbers(&self.lookup(textures, at));
+        let of_sides = self.over_sides(textures, at, |lookup| self.pattern.numbers(lookup));
+        let numbers = of_sides.unwrap_or_else(|| self.pattern.numbers(&self.lookup(textures, at)));
         if self.factor == Rgb::WHITE {
             numbers
         } else {
@@ -345,7 +361,9 @@ impl Texture {
 
     /// See [`PatternKind::spread`].
     pub(super) fn spread(&self, textures: &Textures<'_>, at: &TexturePoint) -> f32 {
-        self.pattern.spread(&self.lookup(textures, at)) * self.factor.mean()
+        let of_sides = self.over_sides(textures, at, |lookup| Rgb::gray(self.pattern.spread(lookup)));
+        let spread = of_sides.map_or_else(|| self.pattern.spread(&self.lookup(textures, at)), |spread| spread.r);
+        spread * self.factor.mean()
     }
 
     /// The steps of its pattern per unit of u and of v.

@@ -18,8 +18,10 @@ pub struct SolidDesc {
 }
 
 /// The space whose coordinates a mapping reads.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum SolidSpace {
+    #[default]
     Object,
     World,
 }
@@ -39,9 +41,7 @@ impl SolidDesc {
     /// Compiles the mapping for a scene around `origin`.
     pub fn compile(&self, space: SolidSpace, origin: DVec3) -> Solid {
         let scale = self.scale.map_or(DVec3::ONE, |s| DVec3::from_array(s.0.map(|v| v.0)));
-        let [x, y, z] = self.rotate.map_or([0.0; 3], |r| r.0.map(|v| v.0));
-        let rotation = turn(DVec3::Z, z) * turn(DVec3::Y, y) * turn(DVec3::X, x);
-        let axes = rotation * DMat3::from_diagonal(scale);
+        let axes = self.rotation() * DMat3::from_diagonal(scale);
         let offset = self.offset.map_or(DVec3::ZERO, |p| p.0);
         Solid {
             space,
@@ -49,6 +49,14 @@ impl SolidDesc {
             offset,
             offset_in_scene: axes * origin + offset,
         }
+    }
+}
+
+impl SolidDesc {
+    /// The rotation of the space.
+    pub(super) fn rotation(&self) -> DMat3 {
+        let [x, y, z] = self.rotate.map_or([0.0; 3], |r| r.0.map(|v| v.0));
+        turn(DVec3::Z, z) * turn(DVec3::Y, y) * turn(DVec3::X, x)
     }
 }
 
@@ -67,6 +75,14 @@ fn turn(axis: DVec3, degrees: f32) -> DMat3 {
 }
 
 impl Solid {
+    /// The geometric normal of the surface at a point, in the space of the mapping.
+    pub fn normal(&self, at: &TexturePoint) -> Vec3 {
+        match self.space {
+            SolidSpace::Object => at.n,
+            SolidSpace::World => at.scene.n,
+        }
+    }
+
     /// The coordinates of a point.
     pub fn place(&self, at: &TexturePoint) -> DVec3 {
         let (p, offset) = match (self.space, at.space) {
