@@ -72,13 +72,14 @@ fn gather<'a>(parts: &[(&'a mesh::Mesh, Vec<&'a [u32]>)]) -> Gathered {
             })
         };
         let places: Vec<u32> = mesh.positions.iter().map(|p| place_of(*p)).collect();
+        let vertices = one_of_equals(mesh, &places);
         for face in faces {
             let start = all.places.len();
             for vertex in *face {
                 let place = places[*vertex as usize];
                 if all.places[start..].last() != Some(&place) {
                     all.places.push(place);
-                    all.vertices.push(first_vertex + vertex);
+                    all.vertices.push(first_vertex + vertices[*vertex as usize]);
                 }
             }
             while all.places.len() > start + 1 && all.places[start] == all.places[all.places.len() - 1] {
@@ -96,6 +97,21 @@ fn gather<'a>(parts: &[(&'a mesh::Mesh, Vec<&'a [u32]>)]) -> Gathered {
         first_vertex += mesh.positions.len() as u32;
     }
     all
+}
+
+/// For each vertex of a mesh the first one with its place and its values. Files part vertices of one value by normals, and some write
+/// each corner of a face apart.
+fn one_of_equals(mesh: &mesh::Mesh, places: &[u32]) -> Vec<u32> {
+    let mut known: HashMap<(u32, [u32; 8]), u32> = HashMap::with_capacity(places.len());
+    let first = |(vertex, place): (u32, &u32)| {
+        let at = vertex as usize;
+        let [u, v] = mesh.uvs.get(at).map_or([0.0; 2], |uv| uv.to_array());
+        let [s, t] = mesh.second_uvs.get(at).map_or([0.0; 2], |uv| uv.to_array());
+        let [r, g, b, a] = mesh.colors.get(at).map_or([1.0; 4], |color| color.to_array());
+        let values = [u, v, s, t, r, g, b, a].map(f32::to_bits);
+        *known.entry((*place, values)).or_insert(vertex)
+    };
+    (0..).zip(places).map(first).collect()
 }
 
 /// The net of places, and the use of each of its edges.

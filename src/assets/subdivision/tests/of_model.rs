@@ -93,6 +93,20 @@ fn triangles_alone_are_refined_by_loop_and_others_by_what_is_asked_for() {
 }
 
 #[test]
+fn vertices_that_differ_in_number_alone_are_one() {
+    let sheet = "v 0 0 0\nv 1 0.5 0\nv 2 0 0\nv 0 0 1\nv 1 0.5 1\nv 2 0 1\nvt 0 0\nvt 0.5 0\nvt 1 0\nvt 0 1\nvt 0.5 1\nvt 1 1\n";
+    let whole = format!("{sheet}f 1/1 4/4 5/5 2/2\nf 2/2 5/5 6/6 3/3\n");
+    // The same with texture coordinates of each face's own.
+    let apart = format!("{sheet}vt 0.5 0\nvt 0.5 1\nf 1/1 4/4 5/5 2/2\nf 2/7 5/8 6/6 3/3\n");
+    let [whole, apart] = [whole, apart].map(|text| subdivided(&text, &Subdivision::of_levels(2)));
+    let [a, b] = [&whole.meshes[0], &apart.meshes[0]];
+    assert_eq!(
+        (&a.positions, &a.uvs, &a.triangles),
+        (&b.positions, &b.uvs, &b.triangles)
+    );
+}
+
+#[test]
 fn broken_vertices_cost_their_faces_and_degenerate_meshes_stay() {
     let fine = subdivided(&CUBE.replace("v 1 1 1\n", "v nan 1 1\n"), &Subdivision::of_levels(1));
     let triangles: usize = fine.meshes.iter().map(|mesh| mesh.triangles.len()).sum();
