@@ -26,7 +26,7 @@
 //! # Implementation
 //!
 //! Each octave has its own offset. In space all are rotated, so that planes along the axes meet the lattice as any other plane does. Source:
-//! [`noise_2d`](super::lattice::noise_2d); Perlin, "An Image Synthesizer", SIGGRAPH 1985, doi:10.1145/325334.325247.
+//! `noise_2d`; Perlin, "An Image Synthesizer", SIGGRAPH 1985, doi:10.1145/325334.325247.
 
 use serde::Deserialize;
 

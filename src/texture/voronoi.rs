@@ -21,7 +21,7 @@
 //!
 //! # Implementation
 //!
-//! There is one point in each cell of a lattice, see [`cellular`].
+//! There is one point in each cell of a lattice, see `cellular`.
 
 use serde::Deserialize;
 
