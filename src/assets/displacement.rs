@@ -63,7 +63,7 @@ pub enum Heights {
     Texture(Box<HeightTexture>),
 }
 
-/// How far the vertices of a model are moved along its normals: `scale` times the height less `midlevel`, in the space of the mesh.
+/// A displacement of the vertices of a model along its normals: `scale` times the height less `midlevel`, in the space of the mesh.
 #[derive(Clone, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Displacement {
     pub heights: Heights,

@@ -55,7 +55,7 @@ pub fn load(path: &Path, files: &Files) -> Result<Profile, IesError> {
     Ok(Profile::new(&measurement))
 }
 
-/// What is wrong with a file.
+/// A fault of a file.
 #[derive(Debug, PartialEq)]
 struct Fault {
     cause: String,

@@ -48,9 +48,9 @@ pub struct ModelChoice {
     pub animation: Option<AnimationChoice>,
     /// The nodes and materials of which values replace some.
     pub edited: EditedParts,
-    /// How its meshes are subdivided; `None` for not at all.
+    /// The subdivision of its meshes, if they are subdivided.
     pub subdivision: Option<Subdivision>,
-    /// How they are displaced afterwards.
+    /// The displacement after the subdivision.
     pub displacement: Option<Displacement>,
 }
 

@@ -30,9 +30,9 @@ pub struct Beckmann {
 
 /// The projected area of facets, per area of the surface, seen from a direction.
 struct ProjectedArea {
-    /// That of the visible facets but for the surface's own: Smith's lambda times the cosine.
+    /// The area of the visible facets less that of the surface: Smith's lambda times the cosine.
     excess: f32,
-    /// That of all facets that face the direction: one more than lambda, times the cosine.
+    /// The area of all facets that face the direction: 1 + lambda times the cosine.
     all: f32,
 }
 

@@ -1,4 +1,4 @@
-//! What lights of a scene name: files of profiles, and textures.
+//! Names in lights of a scene: files of profiles, and textures.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use crate::{
     value::{Problem, Spanned},
 };
 
-/// What the lights of a scene name.
+/// The files and textures that the lights of a scene name.
 pub(super) struct LightNames<'a> {
     /// The files of profiles, each once, in the order of their ids.
     files: Vec<String>,

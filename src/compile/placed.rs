@@ -24,7 +24,7 @@ pub(super) struct PlacedModel {
     pub object: ObjectId,
     /// The object of the description, by its index: the same, unless this is a part of it.
     pub described: usize,
-    /// Of the placed model that this is a part of, the place among all.
+    /// The index of the placed model that this is a part of, if it is one.
     pub part_of: Option<usize>,
     /// The nodes that are shown.
     pub selection: Selection,

@@ -73,7 +73,7 @@ impl Compiler<'_> {
 #[derive(Clone, Copy)]
 enum Lookups {
     Unknown,
-    /// Those of its sources are being counted.
+    /// The look-ups of its sources are being counted.
     Counting,
     Known(u64),
 }

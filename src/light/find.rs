@@ -26,7 +26,7 @@ fn no_color(source: &Spanned<ColorSource>) -> Result<Color, Problem> {
 }
 
 impl LightFind<'_> {
-    /// That of lights which refer to nothing.
+    /// Returns the look-up for lights that refer to nothing.
     pub fn nothing(origin: DVec3) -> Self {
         Self {
             origin,

@@ -38,7 +38,7 @@
 //! is spread, and all of it together is `power`. Between the angles of the file the intensity is interpolated linearly, and directions that
 //! the file leaves out are dark.
 //!
-//! Of a lamp of type C, the usual one, the vertical angle 0 (the nadir of a lamp that hangs) lies in `direction`. The horizontal angle 0 lies
+//! The vertical angle 0 of a lamp of type C, the usual one, lies in `direction`: it is the nadir of a lamp that hangs. The horizontal angle 0 lies
 //! towards `up`, and 90 to the left of that as seen along `direction`: counter-clockwise as seen from behind the lamp. Lamps of type A and B
 //! face their angles 0 and 0; vertical angles rise towards `up`, and horizontal ones to the right. Files with a tilt (`TILT=INCLUDE`) are refused.
 

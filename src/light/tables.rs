@@ -1,4 +1,4 @@
-//! What lights refer to: the profiles, textures and pictures of a scene.
+//! The tables that lights refer to: the profiles, textures and pictures of a scene.
 
 use super::{picture::PictureMap, profile::Profile};
 use crate::texture::Textures;

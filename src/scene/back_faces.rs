@@ -11,7 +11,7 @@ use crate::{material::Material, math::Sidedness};
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum BackFaces {
-    /// As the fronts.
+    /// They are shaded as the fronts are.
     #[default]
     Shaded,
     /// They reflect, transmit and emit nothing, and block light.
@@ -35,7 +35,7 @@ pub enum ObjectBackFaces {
 #[derive(Clone, Copy, Debug, Default)]
 pub struct MaterialBackFaces {
     pub own: BackFaces,
-    /// Those of objects with [`ObjectBackFaces::File`].
+    /// The back faces on objects with [`ObjectBackFaces::File`].
     pub in_file: BackFaces,
 }
 
@@ -58,7 +58,7 @@ pub(super) struct UsedBackFaces {
 }
 
 impl UsedBackFaces {
-    /// Those of objects and materials with these settings.
+    /// Collects the settings of objects and materials.
     pub fn new(
         objects: impl Iterator<Item = Option<ObjectBackFaces>> + Clone,
         materials: &[MaterialBackFaces],

@@ -60,9 +60,9 @@ pub struct SceneBuilder {
     copies: u32,
     materials: Vec<Material>,
     material_names: Vec<String>,
-    /// Those of the first materials; the rest are shaded.
+    /// The back faces of the first materials; those of the rest are shaded.
     back_faces: Vec<MaterialBackFaces>,
-    /// Those that are given to the first materials.
+    /// The normal maps that are given to the first materials.
     normal_maps: Vec<Option<NormalMap>>,
     textures: Vec<Texture>,
     bitmaps: Vec<Bitmap>,

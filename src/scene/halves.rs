@@ -75,7 +75,7 @@ pub struct SceneShading {
     pub light_groups: LightGroups,
     pub light_links: LightLinks,
     pub background: Background,
-    /// Those of the first materials; the rest are shaded.
+    /// The back faces of the first materials; those of the rest are shaded.
     pub(super) back_faces: Vec<MaterialBackFaces>,
     /// The material of black backs: one more than have names. `None` where no back is black.
     pub(super) black: Option<MaterialId>,
@@ -85,7 +85,7 @@ pub struct SceneShading {
     reads_footprints: bool,
     reads_scene_places: bool,
     pub(crate) bsdfs: MaterialBsdfs,
-    /// Those that are given to materials, for each of the first materials.
+    /// The normal maps that are given to the first materials.
     given_normal_maps: Vec<Option<NormalMap>>,
     /// The normal map of each material.
     normal_maps: Vec<Option<NormalMap>>,

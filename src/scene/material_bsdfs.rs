@@ -23,7 +23,7 @@ struct MaterialBsdf {
 }
 
 impl MaterialBsdfs {
-    /// Those of materials, the first of which are given these normal maps.
+    /// Precomputes these materials; the first of them are given these normal maps.
     pub fn new(materials: &[Material], normal_maps: &[Option<NormalMap>]) -> Self {
         let of = |(i, material): (usize, &Material)| MaterialBsdf {
             batch_kind: match normal_maps.get(i) {

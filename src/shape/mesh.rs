@@ -163,7 +163,7 @@ pub struct MeshDesc {
     pub repeat: Repeat,
     /// The radius of points, in the space of the model.
     pub radius: Option<Positive>,
-    /// How often its faces are split into four.
+    /// The number of times that its faces are split into four.
     #[serde(default)]
     pub subdivide: Levels,
     pub subdivision: Option<Scheme>,
@@ -186,7 +186,7 @@ impl MeshDesc {
         }
     }
 
-    /// How it is subdivided; `None` for not at all, and 0 levels where it is displaced only.
+    /// The subdivision, if there is one; it has 0 levels where the mesh is displaced only.
     pub fn subdivision(&self) -> Option<Subdivision> {
         let levels = self.subdivide.0;
         (levels > 0 || self.displacement.is_some()).then(|| Subdivision {

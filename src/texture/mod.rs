@@ -207,12 +207,12 @@ kinds! {
 #[derive(Clone, Copy, Debug)]
 pub struct Texture {
     pub mapping: Mapping,
-    /// Of the coordinates s and t; mappings to three coordinates have their own.
+    /// The transform of the coordinates s and t; mappings to three coordinates have their own.
     pub transform: StTransform,
     pub pattern: Pattern,
     /// The displacement of the coordinates.
     pub warp: Option<Warp>,
-    /// What the numbers of the pattern are multiplied by.
+    /// The factor of the pattern's numbers.
     pub factor: Rgb,
     /// The conversion of its numbers to colours of the working space; the identity for data.
     pub colors: ColorConversion,

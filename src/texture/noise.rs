@@ -117,7 +117,7 @@ impl NoiseDesc {
 
 #[derive(Clone, Copy, Debug)]
 pub struct Noise {
-    /// Where the noise is 0 and where it is 1.
+    /// The colours at 0 and at 1.
     pub colors: [Rgb; 2],
     pub form: NoiseForm,
     pub scale: f32,
@@ -163,7 +163,7 @@ const IN_SPACE: Statistics = Statistics {
 };
 
 impl Statistics {
-    /// Those of noise on s and t, or in space.
+    /// The statistics of noise on s and t, or in space.
     fn of(place: Place) -> &'static Self {
         match place {
             Place::Plane(_) => &IN_PLANE,

@@ -73,7 +73,7 @@ impl VoronoiDesc {
 
 #[derive(Clone, Copy, Debug)]
 pub struct Voronoi {
-    /// Where the value is 0 and where it is 1.
+    /// The colours at 0 and at 1.
     pub colors: [Rgb; 2],
     pub value: CellValue,
     pub scale: f32,
@@ -83,9 +83,9 @@ pub struct Voronoi {
 /// The mean of a value, the rate at which it loses contrast, see [`contrast`], and its standard deviation.
 type Statistics = (f32, f32, f32);
 
-/// Of each value on s and t.
+/// The statistics of each value on s and t.
 const IN_PLANE: [Statistics; 3] = [(0.429_7, 0.54, 0.190), (0.269_4, 1.15, 0.201), (0.5, 0.35, 0.289)];
-/// Of each value in space.
+/// The statistics of each value in space.
 const IN_SPACE: [Statistics; 3] = [(0.520_4, 0.4, 0.172), (0.196_6, 1.0, 0.158), (0.5, 0.35, 0.289)];
 
 impl Voronoi {

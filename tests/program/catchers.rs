@@ -129,7 +129,7 @@ fn a_denoised_catcher_is_nearer_to_the_truth_in_its_alpha_and_over_a_plate() {
         ["R", "A"].map(|name| channel(&image, name))
     };
     let [clean, noisy, truth] = ["clean.exr", "noisy.exr", "truth.exr"].map(channels);
-    // Where the catcher alone is seen; caustics are rare there, and count as much as other errors.
+    // The pixels that show the catcher alone; caustics are rare there, and count as much as other errors.
     let bare: Vec<usize> = (0..truth[1].len()).filter(|i| truth[1][*i] < 0.5).collect();
     let error = |a: &[Vec<f32>; 2], shown: fn(f32, f32) -> f32| -> f64 {
         let apart = |i: &usize| f64::from(shown(a[0][*i], a[1][*i]) - shown(truth[0][*i], truth[1][*i]));

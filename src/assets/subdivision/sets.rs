@@ -4,7 +4,7 @@
 pub(super) struct Sets(Vec<u32>);
 
 impl Sets {
-    /// So many numbers, each in a set of its own.
+    /// Returns the numbers below `count`, each in a set of its own.
     pub fn new(count: usize) -> Self {
         Self((0..count as u32).collect())
     }

@@ -58,7 +58,7 @@ impl Surface {
         }
     }
 
-    /// What `change` makes of texture coordinates, which may be none.
+    /// Changes texture coordinates by `change`, unless there are none.
     fn smooth(&self, uvs: &[DVec2], change: impl Fn(&Controls<'_>) -> Vec<DVec3>) -> Vec<DVec2> {
         if uvs.is_empty() {
             return Vec::new();

@@ -370,7 +370,7 @@ fn boundaries_are_cubic_b_splines_and_have_corners_where_asked_for() {
     };
     let surface = limit(cage(&with_corners, &[vec![0, 1, 2, 3]]), Scheme::CatmullClark, 3);
     assert_eq!(surface.positions[..4], points);
-    // Of two triangles at an edge, only two vertices have one face.
+    // Two triangles that share an edge have two vertices of one face.
     let surface = limit(cage(&with_corners, &[vec![0, 1, 2], vec![0, 2, 3]]), Scheme::Loop, 3);
     assert_eq!([surface.positions[1], surface.positions[3]], [points[1], points[3]]);
     assert_near(

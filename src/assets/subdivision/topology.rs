@@ -21,7 +21,7 @@ pub enum Split {
 pub enum Faces {
     /// The end of each.
     Ends(Vec<u32>),
-    /// So many of three or of four corners each.
+    /// `count` faces of three or of four corners each.
     Equal { corners: u32, count: u32 },
 }
 

@@ -82,7 +82,7 @@ fn single_bounces_off_facets_are_reciprocal() {
     for (roughness, anisotropy) in [(0.3, 0.0), (0.6, 0.7)] {
         check_facets(&Ggx::from_roughness(roughness, anisotropy), 1e-4);
     }
-    // Of smoother facets none scatters these pairs.
+    // No smoother facets scatter these pairs.
     for (roughness, anisotropy) in [(1.0, 0.0), (0.9, 0.4)] {
         check_facets(&Beckmann::from_roughness(roughness, anisotropy), 1e-3);
     }

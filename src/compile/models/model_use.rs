@@ -16,7 +16,7 @@ pub struct ModelUse {
 }
 
 impl ModelUse {
-    /// What a part of the model shares with it.
+    /// Returns the use by a part of the model, which shares materials and nodes with it.
     pub fn shared(&self) -> Self {
         Self {
             objects: 0,

@@ -4,7 +4,7 @@ use serde::Deserialize;
 
 use crate::value::{Finite, ScalarSource, Spanned};
 
-/// How far vertices are moved along their normals: `scale` times the height less `midlevel`.
+/// A displacement of vertices along their normals: `scale` times the height less `midlevel`.
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct DisplacementDesc {

@@ -5,7 +5,7 @@
 pub struct Polygons {
     /// The vertices of all faces, one face after another.
     corners: Vec<u32>,
-    /// Where each face ends.
+    /// The end of each face among the corners.
     ends: Vec<usize>,
 }
 

@@ -23,7 +23,7 @@ named! {
         /// None: it is a smooth curve.
         #[default]
         Smooth = "smooth",
-        /// Those of one face.
+        /// The vertices of one face alone.
         Corners = "corners",
     }
 }
@@ -42,7 +42,7 @@ impl Bits {
     }
 }
 
-/// How often every face is split into four.
+/// The number of times that every face is split into four.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Levels(pub u32);
 
@@ -64,7 +64,7 @@ impl<'de> Deserialize<'de> for Levels {
     }
 }
 
-/// How a mesh is subdivided.
+/// A subdivision of a mesh.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Hash, PartialOrd, Ord)]
 pub struct Subdivision {
     /// At least 1, unless it is displaced as it is.

@@ -64,7 +64,7 @@ fn triangles_alone_are_refined_by_loop_and_others_by_what_is_asked_for() {
     let fine = subdivided(tetrahedron, &Subdivision::of_levels(2));
     assert!(model(tetrahedron).meshes[0].polygons.is_empty());
     assert_eq!(fine.meshes[0].triangles.len(), 64);
-    // Of valence 3 the rule of a vertex has 3/16 for each neighbour, the limit 1/5.
+    // The rule of a vertex of valence 3 weights each neighbour by 3/16, the limit by 1/5.
     assert_near(fine.meshes[0].positions[0], Vec3::splat(1.0 - 0.6 - 0.2));
     let by = |scheme| Subdivision {
         scheme: Some(scheme),
