@@ -55,6 +55,9 @@ pub fn load(path: &Path, files: &Files) -> Result<Profile, IesError> {
     Ok(Profile::new(&measurement))
 }
 
+/// The least step between angles, in degrees: angles mirrored about 360 degrees stay apart in single precision.
+const MIN_STEP: f32 = 1e-3;
+
 /// A fault of a file.
 #[derive(Debug, PartialEq)]
 struct Fault {
@@ -143,8 +146,13 @@ impl<'a> Numbers<'a> {
                 let message = format!("a {what} angle of {angle} degrees, expected {low} to {high}");
                 return Err(self.fault(message));
             }
-            if let Some(last) = angles.last().filter(|last| angle <= **last) {
-                return Err(self.fault(format!("{what} angles do not rise: {angle} follows {last}")));
+            if let Some(last) = angles.last().filter(|last| angle - **last < MIN_STEP) {
+                let lack = if angle <= *last {
+                    "do not rise".to_string()
+                } else {
+                    format!("rise by less than {MIN_STEP} degrees")
+                };
+                return Err(self.fault(format!("{what} angles {lack}: {angle} follows {last}")));
             }
             angles.push(angle);
         }

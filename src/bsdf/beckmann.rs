@@ -10,7 +10,7 @@
 
 use std::f32::consts::{FRAC_2_SQRT_PI, PI};
 
-use super::microfacet::{Facet, Facets};
+use super::microfacet::{Facet, Facets, Refraction};
 use crate::math::{Vec2, Vec3, erfcx, exponential::exp};
 
 /// The steepest slope, on the surface that is stretched to a roughness of 1: the part of those beyond is less than the distance of
@@ -157,18 +157,8 @@ impl Facets for Beckmann {
     }
 
     fn transmission(&self, wo: Vec3, wi: Vec3, eta: f32) -> Option<Facet> {
-        if wo.z <= 0.0 || wi.z >= 0.0 {
-            return None;
-        }
-        let sum = wo + wi * eta;
-        let h = sum.try_normalize()?;
-        let h = if h.z < 0.0 { -h } else { h };
-        let (cos, cos_i) = (wo.dot(h), wi.dot(h));
-        if cos <= 0.0 || cos_i >= 0.0 {
-            return None;
-        }
+        let Refraction { h, cos, spread } = Refraction::new(wo, wi, eta)?;
         let (out, into) = (self.area(wo), self.area(wi));
-        let spread = eta * eta * -cos_i / sum.length_squared();
         Some(Facet {
             cos,
             pdf: self.density(h) * cos / out.all * spread,

@@ -175,6 +175,38 @@ impl Ggx {
     }
 }
 
+/// The facet that refracts one direction into another.
+pub(super) struct Refraction {
+    /// Its normal, on the side of `wo`.
+    pub h: Vec3,
+    /// The cosine of `wo` to its normal.
+    pub cos: f32,
+    /// The solid angle of normals per solid angle of `wi`.
+    pub spread: f32,
+}
+
+impl Refraction {
+    /// The facet that refracts `wo` above the surface into `wi` below it, if there is one.
+    ///
+    /// Source: Walter, Marschner, Li, Torrance, "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007, equations 16
+    /// and 17, doi:10.2312/EGWR/EGSR07/195-206.
+    #[inline(always)]
+    pub fn new(wo: Vec3, wi: Vec3, eta: f32) -> Option<Self> {
+        if wo.z <= 0.0 || wi.z >= 0.0 {
+            return None;
+        }
+        let sum = wo + wi * eta;
+        let h = sum.try_normalize()?;
+        let h = if h.z < 0.0 { -h } else { h };
+        let (cos, cos_i) = (wo.dot(h), wi.dot(h));
+        (cos > 0.0 && cos_i < 0.0).then(|| Self {
+            h,
+            cos,
+            spread: eta * eta * -cos_i / sum.length_squared(),
+        })
+    }
+}
+
 impl Facets for Ggx {
     #[inline]
     fn with_alpha(alpha: Vec2) -> Self {
@@ -202,18 +234,8 @@ impl Facets for Ggx {
 
     #[inline]
     fn transmission(&self, wo: Vec3, wi: Vec3, eta: f32) -> Option<Facet> {
-        if wo.z <= 0.0 || wi.z >= 0.0 {
-            return None;
-        }
-        let sum = wo + wi * eta;
-        let h = sum.try_normalize()?;
-        let h = if h.z < 0.0 { -h } else { h };
-        let (cos, cos_i) = (wo.dot(h), wi.dot(h));
-        if cos <= 0.0 || cos_i >= 0.0 {
-            return None;
-        }
+        let Refraction { h, cos, spread } = Refraction::new(wo, wi, eta)?;
         let (lo, li) = (self.stretched(wo), self.stretched(wi));
-        let spread = eta * eta * -cos_i / sum.length_squared();
         Some(Facet {
             cos,
             pdf: self.density(h) * 2.0 * cos / (wo.z + lo) * spread,

@@ -168,7 +168,7 @@ impl Reader<'_> {
         render.check(&mut self.problems);
         let values = take(VALUES).and_then(|v| self.entity(v));
         let mut camera = take("camera");
-        let shutter = camera.as_mut().and_then(take_shutter);
+        let shutter = camera.as_mut().and_then(|camera| take_key(camera, "shutter"));
         // The camera of a path or of a model has no kind here.
         let is_alone =
             |v: &Value<'_>| shutter.is_some() && matches!(v.get_ref(), DeValue::Table(table) if table.is_empty());
@@ -201,7 +201,7 @@ impl Reader<'_> {
     /// Parses the table of a camera.
     pub fn camera(&mut self, mut value: Value<'_>) -> Option<Spanned<CameraDesc>> {
         let span = value.span();
-        take_shutter(&mut value);
+        take_key(&mut value, "shutter");
         self.kind(value, &kind_tables::CAMERA).map(|c| Spanned::new(span, c))
     }
 
@@ -212,11 +212,11 @@ impl Reader<'_> {
 
     /// Parses the table of a material.
     pub fn material(&mut self, name: Spanned<String>, mut value: Value<'_>) -> Option<MaterialEntry> {
-        let mut take = |key: &str| match value.get_mut() {
-            DeValue::Table(table) => table.remove(key),
-            _ => None,
-        };
-        let (backs, bump, normal) = (take("back_faces"), take("bump"), take("normal"));
+        let (backs, bump, normal) = (
+            take_key(&mut value, "back_faces"),
+            take_key(&mut value, "bump"),
+            take_key(&mut value, "normal"),
+        );
         let (back_faces, bump, normal) = (self.optional(backs), self.optional(bump), self.optional(normal));
         let material: MaterialDesc = self.kind(value, &kind_tables::MATERIAL)?;
         Some(MaterialEntry {
@@ -239,11 +239,7 @@ impl Reader<'_> {
     /// Parses the table of a light.
     pub fn light(&mut self, mut value: Value<'_>) -> Option<LightEntry> {
         let span = value.span();
-        let mut take = |key: &str| match value.get_mut() {
-            DeValue::Table(table) => table.remove(key),
-            _ => None,
-        };
-        let (name, group) = (take("name"), take("group"));
+        let (name, group) = (take_key(&mut value, "name"), take_key(&mut value, "group"));
         let (name, group) = (name.and_then(|n| self.entity(n)), group.and_then(|g| self.entity(g)));
         let light: LightDesc = self.kind(value, &kind_tables::LIGHT)?;
         Some(LightEntry {
@@ -318,11 +314,7 @@ impl Reader<'_> {
             }
             transform = self.entity(given)?;
         }
-        let mut take = |key: &str| match value.get_mut() {
-            DeValue::Table(table) => table.remove(key),
-            _ => None,
-        };
-        let (warp, factor) = (take("warp"), take("factor"));
+        let (warp, factor) = (take_key(&mut value, "warp"), take_key(&mut value, "factor"));
         let (warp, factor) = (self.optional(warp), self.optional(factor));
         let pattern: PatternDesc = self.kind(Spanned::new(span, value.into_inner()), &kind_tables::TEXTURE)?;
         Some(TextureEntry {
@@ -462,10 +454,10 @@ fn from_toml(e: &toml::de::Error, overrides: &Overrides) -> Problem {
     }
 }
 
-/// Takes the shutter out of the table of a camera.
-fn take_shutter<'i>(camera: &mut Value<'i>) -> Option<Value<'i>> {
-    match camera.get_mut() {
-        DeValue::Table(table) => table.remove("shutter"),
+/// Takes a key out of a table.
+fn take_key<'i>(value: &mut Value<'i>, key: &str) -> Option<Value<'i>> {
+    match value.get_mut() {
+        DeValue::Table(table) => table.remove(key),
         _ => None,
     }
 }

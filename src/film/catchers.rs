@@ -97,7 +97,7 @@ impl TileCatchers {
 fn uncover(beauty: [f32; 4], [with, without, behind]: [[f32; 4]; 3]) -> [f32; 4] {
     let ratios = (0..3).filter(|&c| without[c] > 0.0).map(|c| with[c] / without[c]);
     let kept = ratios.fold(1.0, f32::min).max(0.0);
-    let mut pixel: [f32; 4] = std::array::from_fn(|c| beauty[c] - kept * without[c] + kept * behind[c]);
+    let mut pixel: [f32; 4] = std::array::from_fn(|c| beauty[c] + kept * (behind[c] - without[c]));
     pixel[3] = pixel[3].clamp(0.0, 1.0);
     pixel
 }

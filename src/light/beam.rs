@@ -61,13 +61,13 @@ impl Beam {
     /// The factor of the profile's intensities.
     #[inline]
     fn factor(&self, profile: &Profile) -> f32 {
-        match self.scale {
-            BeamScale::File => 1.0,
-            BeamScale::Power => 1.0 / profile.power(),
-            // A lamp that shines backwards only has none.
-            BeamScale::FrontPower if profile.front_power() == 0.0 => 0.0,
-            BeamScale::FrontPower => 1.0 / profile.front_power(),
-        }
+        let power = match self.scale {
+            BeamScale::File => return 1.0,
+            BeamScale::Power => profile.power(),
+            BeamScale::FrontPower => profile.front_power(),
+        };
+        // A lamp that shines backwards only has no light at its front.
+        if power >= f32::MIN_POSITIVE { 1.0 / power } else { 0.0 }
     }
 
     /// The intensity in the unit direction `w`, in W sr^-1 with the scale of the file, else in sr^-1.
@@ -81,25 +81,25 @@ impl Beam {
     /// The largest intensity.
     pub(super) fn max_intensity(&self, tables: &LightTables<'_>) -> f32 {
         let profile = self.profile(tables);
-        profile.spread().max * self.factor(profile)
+        profile.cone().max * self.factor(profile)
     }
 
     /// The directions of the light, up to an angle to the axis in radians.
     pub(super) fn directions(&self, tables: &LightTables<'_>, most: f32) -> OrientationCone {
-        let spread = self.profile(tables).spread();
+        let cone = self.profile(tables).cone();
         let axis = self.frame[2];
-        if most < PI && spread.is_backward {
+        if most < PI && cone.is_backward {
             return OrientationCone {
                 cos_o: trig::cos(most),
                 cos_e: 1.0,
                 ..OrientationCone::flat(axis, Sidedness::Front)
             };
         }
-        let end = spread.end.min(most);
+        let end = cone.end.min(most);
         OrientationCone {
-            axis: if spread.is_backward { -axis } else { axis },
-            cos_o: trig::cos(spread.full.min(end)),
-            cos_e: trig::cos((end - spread.full).max(0.0)),
+            axis: if cone.is_backward { -axis } else { axis },
+            cos_o: trig::cos(cone.full.min(end)),
+            cos_e: trig::cos((end - cone.full).max(0.0)),
             sidedness: Sidedness::Front,
         }
     }

@@ -64,21 +64,10 @@ impl DiskDesc {
             radius: self.radius,
         };
         let shape = disk.compile(find.origin)?.into();
-        let sidedness = if self.two_sided == Some(true) {
-            Sidedness::Both
-        } else {
-            Sidedness::Front
-        };
-        // As it is seen from where it shines: the square around it.
-        let [right, up] = aim::across(axis, self.up).map(|side| side * f64::from(self.radius.0));
-        let screen = Screen {
-            corner: Point::new(self.position.get_ref().0 + right - up).relative_to(find.origin),
-            sides: [right * -2.0, up * 2.0].map(|side| side.as_vec3()),
-            normal: axis,
-            outline: Outline::Ellipse,
-        };
+        let half = aim::across(axis, self.up).map(|side| side * f64::from(self.radius.0));
+        let screen = Screen::new(self.position.get_ref().0, half, axis, Outline::Ellipse, find.origin);
         let outlet = Outlet {
-            sidedness,
+            sidedness: Sidedness::new(self.two_sided == Some(true)),
             spread: self.spread.as_ref(),
             beam: Some(&|scale| Beam::new(&self.ies, (axis, self.up), scale, find)),
             picture: Picture::new(&self.texture, screen, find)?,

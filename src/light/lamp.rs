@@ -69,7 +69,7 @@ pub(super) use lamp_desc;
 /// for the intensity of the file.
 const MIN_BEAM_COS: f32 = 0.01;
 
-/// The directions into which a surface emits.
+/// The sides of a surface that emit, their directions and the picture that they show.
 pub(super) struct Outlet<'a> {
     pub sidedness: Sidedness,
     /// The concentration about the normal.
@@ -134,7 +134,7 @@ impl Glow<'_> {
             sidedness,
             focus: outlet.spread.and_then(|spread| Focus::new(spread.get_ref().0)),
             picture: outlet.picture.map(|picture| Picture {
-                is_mean: self.power.is_some() || beam.is_some(),
+                keeps_power: self.power.is_some() || beam.is_some(),
                 ..picture
             }),
             beam,
@@ -258,10 +258,12 @@ impl LightKind for Lamp {
     #[inline]
     fn sample(&self, tables: &LightTables<'_>, from: Vec3, u: Vec2) -> Option<LightSample> {
         let point = self.sample_point(tables, from, u)?;
-        let tint = self.tint(tables, point.p);
         sample_surface(&point, from, self.sight, |cos, wi| {
             let radiance = self.towards(tables, cos, -wi);
-            tint.map_or(radiance, |tint| radiance * tint)
+            if radiance.is_black() {
+                return radiance;
+            }
+            self.tint(tables, point.p).map_or(radiance, |tint| radiance * tint)
         })
     }
 

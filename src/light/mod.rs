@@ -1,7 +1,6 @@
 //! Analytic lights, area lights and environments.
 //!
-//! 1 cd is 1 W/sr and 1 lux is 1 W/m^2 per channel: no luminous efficacy is applied,
-//! but to IES files.
+//! 1 cd is 1 W/sr and 1 lux is 1 W/m^2 per channel: a luminous efficacy is applied to IES files and, by choice, to models alone.
 
 use serde::Deserialize;
 
@@ -12,6 +11,9 @@ use crate::{
     texture::Textures,
     value::{Problem, Spanned},
 };
+
+/// The luminous efficacy of green light, in lm W^-1: that of IES files and of Blender's exporter.
+pub const LUMENS_PER_WATT: u32 = 683;
 
 mod aim;
 pub mod area;

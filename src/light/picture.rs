@@ -7,9 +7,9 @@ use rayon::prelude::*;
 
 use super::{LightFind, area::AreaSample};
 use crate::{
-    math::{Rgb, Vec2, Vec3, distribution::PiecewiseConstant2D},
+    math::{DVec3, Rgb, Vec2, Vec3, distribution::PiecewiseConstant2D},
     texture::{Color, ScenePlace, TexturePoint, Textures},
-    value::{ColorSource, Problem, Spanned},
+    value::{ColorSource, Point, Problem, Spanned},
 };
 
 /// The blocks along a side.
@@ -47,13 +47,26 @@ pub(super) struct Screen {
     pub outline: Outline,
 }
 
+impl Screen {
+    /// The rectangle with this centre and these half sides, to the right and upwards as seen along the unit `normal`: the picture is
+    /// upright for those on whom it shines.
+    pub fn new(center: DVec3, [right, up]: [DVec3; 2], normal: Vec3, outline: Outline, origin: DVec3) -> Self {
+        Self {
+            corner: Point::new(center + right - up).relative_to(origin),
+            sides: [right * -2.0, up * 2.0].map(|side| side.as_vec3()),
+            normal,
+            outline,
+        }
+    }
+}
+
 /// The picture of a lamp.
 #[derive(Clone, Copy, Debug)]
 pub struct Picture {
     pub(super) color: Color,
     pub(super) screen: Screen,
     /// Whether the radiance of the lamp is that of the mean of the picture.
-    pub(super) is_mean: bool,
+    pub(super) keeps_power: bool,
 }
 
 /// The light of a picture.
@@ -238,7 +251,7 @@ impl Picture {
         Ok(Some(Self {
             color,
             screen,
-            is_mean: false,
+            keeps_power: false,
         }))
     }
 
@@ -252,15 +265,16 @@ impl Picture {
     #[inline]
     pub(super) fn factor(&self, textures: &Textures<'_>, map: &PictureMap, p: Vec3) -> Rgb {
         let color = self.color_at(textures, self.screen.st(p));
-        match self.is_mean {
-            true if map.mean > 0.0 => color / map.mean,
-            _ => color,
+        if self.keeps_power && map.mean > 0.0 {
+            color / map.mean
+        } else {
+            color
         }
     }
 
     /// The mean factor of the lamp's radiance.
     pub(super) fn mean_factor(&self, map: &PictureMap) -> f32 {
-        if self.is_mean { 1.0 } else { map.mean }
+        if self.keeps_power { 1.0 } else { map.mean }
     }
 
     /// Samples a point by its light as it is seen from `from`; the outer `None` if the picture is nearly even, the inner one if the
@@ -307,7 +321,8 @@ impl Picture {
                     place(row, k / points[0], 1) / (counts[1] * points[1]) as f32,
                 );
                 if self.screen.contains(st) {
-                    let light = f64::from(self.color_at(textures, st).mean());
+                    // Pictures may have negative texels.
+                    let light = f64::from(self.color_at(textures, st).mean()).max(0.0);
                     sums.light += light;
                     sums.squares += light * light;
                     sums.count += 1.0;

@@ -7,14 +7,12 @@
 
 use std::f64::consts::PI;
 
+use super::LUMENS_PER_WATT;
 use crate::math::{Vec3, trig};
 
 /// An index into the scene's profiles.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct ProfileId(pub u32);
-
-/// The luminous efficacy by which candela become W sr^-1, in lm W^-1.
-const LUMENS_PER_WATT: f64 = 683.0;
 
 /// The type of the photometry: the axis about which the planes of the measurement turn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -70,12 +68,12 @@ pub struct Profile {
     intensities: Vec<f32>,
     power: f32,
     front_power: f32,
-    spread: Spread,
+    cone: ProfileCone,
 }
 
 /// A bound of the directions of a lamp.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spread {
+pub struct ProfileCone {
     /// The largest intensity, in W sr^-1.
     pub max: f32,
     /// Whether the axis is opposite to the direction of the lamp.
@@ -145,7 +143,7 @@ impl Profile {
             } else {
                 at(*around, *polar)
             };
-            (f64::from(candela) / LUMENS_PER_WATT) as f32
+            (f64::from(candela) / f64::from(LUMENS_PER_WATT)) as f32
         };
         let rows = around.iter();
         let intensities = rows.flat_map(|a| polar.iter().map(move |p| value(a, p))).collect();
@@ -157,7 +155,7 @@ impl Profile {
             intensities,
             power: 0.0,
             front_power: 0.0,
-            spread: Spread {
+            cone: ProfileCone {
                 max: 0.0,
                 is_backward: false,
                 full: 0.0,
@@ -169,7 +167,7 @@ impl Profile {
             Photometry::C => profile.power_up_to(90.0) as f32,
             Photometry::A | Photometry::B => profile.power,
         };
-        profile.spread = profile.find_spread();
+        profile.cone = profile.find_cone();
         profile
     }
 
@@ -183,14 +181,8 @@ impl Profile {
         self.front_power
     }
 
-    pub fn spread(&self) -> Spread {
-        self.spread
-    }
-
-    /// The bytes of its tables.
-    pub fn bytes(&self) -> u64 {
-        let numbers = self.polar.len() + self.around.len() + self.intensities.len();
-        (numbers * size_of::<f32>()) as u64
+    pub fn cone(&self) -> ProfileCone {
+        self.cone
     }
 
     /// The intensity in the unit direction `w` of the lamp's own space, in W sr^-1.
@@ -249,7 +241,7 @@ impl Profile {
         (0..self.around.len() - 1).map(between).sum()
     }
 
-    fn find_spread(&self) -> Spread {
+    fn find_cone(&self) -> ProfileCone {
         let max = self.intensities.iter().copied().fold(0.0, f32::max);
         let is_backward = self.photometry == Photometry::C && f64::from(self.front_power) < 0.5 * f64::from(self.power);
         // The angle of a corner of the grid to the axis. Those in between are closer to it than one of the corners around them.
@@ -270,11 +262,13 @@ impl Profile {
             // The intensity falls to 0 at the next angles.
             for row in row.saturating_sub(1)..=(row + 1).min(self.around.len() - 1) {
                 for column in column.saturating_sub(1)..=(column + 1).min(columns - 1) {
-                    end = end.max(from_axis(self.around[row], self.polar[column]));
+                    let angle = from_axis(self.around[row], self.polar[column]);
+                    end = end.max(angle);
+                    full = full.max(angle - PI * 0.5);
                 }
             }
         }
-        Spread {
+        ProfileCone {
             max,
             is_backward,
             full: full as f32,

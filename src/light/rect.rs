@@ -95,20 +95,9 @@ impl RectDesc {
             corners: Spanned::new(self.position.span(), List(corners)),
         };
         let shape = quad.compile(find.origin)?.into();
-        let sidedness = if self.two_sided == Some(true) {
-            Sidedness::Both
-        } else {
-            Sidedness::Front
-        };
-        // As it is seen from where it shines.
-        let screen = Screen {
-            corner: Point::new(center + right - up).relative_to(find.origin),
-            sides: [right * -2.0, up * 2.0].map(|side| side.as_vec3()),
-            normal: axis,
-            outline: Outline::Rectangle,
-        };
+        let screen = Screen::new(center, [right, up], axis, Outline::Rectangle, find.origin);
         let outlet = Outlet {
-            sidedness,
+            sidedness: Sidedness::new(self.two_sided == Some(true)),
             spread: self.spread.as_ref(),
             beam: Some(&|scale| Beam::new(&self.ies, (axis, self.up), scale, find)),
             picture: Picture::new(&self.texture, screen, find)?,

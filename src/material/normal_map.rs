@@ -143,6 +143,7 @@ mod tests {
             constant::Constant,
             mapping::Ramp,
             noise::{Noise, NoiseChannels, NoiseForm},
+            two_colors::TwoColors,
         },
     };
 
@@ -198,7 +199,7 @@ mod tests {
     #[test]
     fn a_bump_has_the_normal_of_the_lifted_surface() {
         let noise = Noise {
-            colors: [Rgb::BLACK, Rgb::WHITE],
+            colors: TwoColors([Rgb::BLACK, Rgb::WHITE]),
             form: NoiseForm::Fbm,
             scale: 4.0,
             octaves: 2,

@@ -7,3 +7,9 @@ pub enum Sidedness {
     Front,
     Both,
 }
+
+impl Sidedness {
+    pub fn new(is_two_sided: bool) -> Self {
+        if is_two_sided { Self::Both } else { Self::Front }
+    }
+}

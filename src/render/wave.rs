@@ -130,10 +130,11 @@ impl Wave {
     /// The finished sample with this index in the wave, whose number in its pixel is `index`.
     fn record(&self, context: &RenderContext<'_>, sample: usize, index: u32) -> SampleRecord<'_> {
         let layers = self.out.layers.as_ref().filter(|_| context.needs.light_layers);
+        let without = self.without(sample);
         SampleRecord {
             l: self.out.radiance[sample],
-            without: self.without(sample),
-            behind: self.behind(context, sample),
+            without,
+            behind: without.and_then(|_| self.behind(context, sample)),
             alpha: self.alpha[sample],
             weight: self.weights[sample],
             index,
@@ -224,7 +225,7 @@ impl Wave {
         let mut samples = self.weights.len();
         if context.has_catchers {
             self.is_caught.resize(samples, false);
-            samples *= 3;
+            samples *= 2 + usize::from(context.shows_background());
         }
         self.out
             .start(samples, context.cone.is_some(), context.shadow_rays_pass);

@@ -117,16 +117,29 @@ pub struct Lights {
 impl Lights {
     /// Collects the analytic lights, the surfaces that emit, and the background.
     pub fn new(geometry: &SceneGeometry, shading: &SceneShading) -> Self {
+        let textures = shading.textures();
+        let pictures = shading
+            .lights
+            .iter()
+            .map(|light| light.picture(&textures).map(Arc::new));
+        let mut pictures: Vec<_> = pictures.collect();
+        if pictures.iter().all(Option::is_none) {
+            pictures.clear();
+        }
+        Self::with_pictures(geometry, shading, pictures)
+    }
+
+    /// The lights after a change of other things than analytic lights and textures.
+    pub fn renewed(&self, geometry: &SceneGeometry, shading: &SceneShading) -> Self {
+        Self::with_pictures(geometry, shading, self.pictures.clone())
+    }
+
+    fn with_pictures(geometry: &SceneGeometry, shading: &SceneShading, pictures: Vec<Option<Arc<PictureMap>>>) -> Self {
         let (all, tables) = (Arc::clone(&shading.lights), shading.light_tables());
         let emitters = Emitters::collect(geometry, shading);
         let bounds = emitters.bounds(geometry, shading);
         let radiance = &shading.background.radiance;
         let (mut points, mut point_bounds, mut infinite, mut suns) = (Vec::new(), Vec::new(), Vec::new(), Vec::new());
-        let textures = shading.textures();
-        let mut pictures: Vec<_> = all.iter().map(|light| light.picture(&textures).map(Arc::new)).collect();
-        if pictures.iter().all(Option::is_none) {
-            pictures.clear();
-        }
         for (light, id) in all.iter().zip((0..).map(LightId)) {
             let bounds = light.bounds(&LightTables {
                 picture: picture(&pictures, id),

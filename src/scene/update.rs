@@ -123,7 +123,7 @@ impl Scene {
             mesh.tangents.clone_from(&pose.tangents);
         }
         if moves_lights {
-            self.lights = Lights::new(&self.geometry, &self.shading);
+            self.lights = self.lights.renewed(&self.geometry, &self.shading);
         }
         Ok(updated)
     }
@@ -184,7 +184,7 @@ impl Scene {
             .iter()
             .any(|id| self.shading.material(*id).emission().is_some())
         {
-            self.lights = Lights::new(&self.geometry, &self.shading);
+            self.lights = self.lights.renewed(&self.geometry, &self.shading);
         }
         Ok(())
     }

@@ -37,6 +37,7 @@ pub mod stripes;
 mod textures;
 pub mod transform;
 mod triplanar;
+pub mod two_colors;
 pub mod voronoi;
 pub mod warp;
 

@@ -35,6 +35,7 @@ use super::{
     band_limit::contrast,
     lattice::{noise_2d, noise_3d},
     lookup::Place,
+    two_colors::TwoColors,
 };
 use crate::{
     math::{DMat3, DVec3, Rgb, Vec2, hash},
@@ -99,7 +100,7 @@ impl NoiseDesc {
             }
         };
         Ok(Noise {
-            colors: [self.a.0, self.b.0],
+            colors: TwoColors([self.a.0, self.b.0]),
             form: self.kind,
             scale: self.scale.0,
             octaves,
@@ -117,8 +118,7 @@ impl NoiseDesc {
 
 #[derive(Clone, Copy, Debug)]
 pub struct Noise {
-    /// The colours at 0 and at 1.
-    pub colors: [Rgb; 2],
+    pub colors: TwoColors,
     pub form: NoiseForm,
     pub scale: f32,
     pub octaves: u32,
@@ -236,23 +236,20 @@ impl Noise {
 
 impl PatternKind for Noise {
     fn numbers(&self, lookup: &Lookup<'_>) -> Rgb {
-        let ([a, b], place, widths) = (self.colors, lookup.place(), lookup.widths());
-        match self.channels {
-            NoiseChannels::Gray => a + (b - a) * self.value(place, widths, 0),
-            NoiseChannels::Colored => {
-                a + (b - a) * Rgb::from_array([0, 1, 2].map(|channel| self.value(place, widths, channel)))
-            }
-        }
+        let (place, widths) = (lookup.place(), lookup.widths());
+        let value = |channel| self.value(place, widths, channel);
+        self.colors.at(match self.channels {
+            NoiseChannels::Gray => Rgb::gray(value(0)),
+            NoiseChannels::Colored => Rgb::from_array([0, 1, 2].map(value)),
+        })
     }
 
     fn spread(&self, lookup: &Lookup<'_>) -> f32 {
-        let [a, b] = self.colors;
-        (b - a).map(f32::abs).mean() * self.unseen(lookup.place(), lookup.widths())
+        self.colors.contrast() * self.unseen(lookup.place(), lookup.widths())
     }
 
     fn max_value(&self, _textures: &Textures<'_>) -> Rgb {
-        let [a, b] = self.colors;
-        a.max(b)
+        self.colors.max()
     }
 
     fn is_band_limited(&self) -> bool {

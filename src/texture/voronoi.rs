@@ -30,6 +30,7 @@ use super::{
     band_limit::contrast,
     cellular::{self, Nearest},
     lookup::Place,
+    two_colors::TwoColors,
 };
 use crate::{
     math::{Rgb, Vec2},
@@ -63,7 +64,7 @@ pub struct VoronoiDesc {
 impl VoronoiDesc {
     pub fn compile(&self, _find: &FindSources<'_>) -> Result<Voronoi, Problem> {
         Ok(Voronoi {
-            colors: [self.a.0, self.b.0],
+            colors: TwoColors([self.a.0, self.b.0]),
             value: self.value,
             scale: self.scale.0,
             seed: self.seed.map_or(0, |s| s.0),
@@ -73,8 +74,7 @@ impl VoronoiDesc {
 
 #[derive(Clone, Copy, Debug)]
 pub struct Voronoi {
-    /// The colours at 0 and at 1.
-    pub colors: [Rgb; 2],
+    pub colors: TwoColors,
     pub value: CellValue,
     pub scale: f32,
     pub seed: u32,
@@ -119,20 +119,17 @@ impl Voronoi {
 
 impl PatternKind for Voronoi {
     fn numbers(&self, lookup: &Lookup<'_>) -> Rgb {
-        let [a, b] = self.colors;
-        a + (b - a) * self.value(lookup.place(), lookup.widths())
+        self.colors.at(self.value(lookup.place(), lookup.widths()))
     }
 
     fn spread(&self, lookup: &Lookup<'_>) -> f32 {
         let (_, falloff, deviation) = self.statistics(lookup.place());
         let seen = contrast(lookup.widths().map(|w| w * self.scale), falloff);
-        let [a, b] = self.colors;
-        (b - a).map(f32::abs).mean() * deviation * (1.0 - seen * seen).clamp(0.0, 1.0).sqrt()
+        self.colors.contrast() * deviation * (1.0 - seen * seen).clamp(0.0, 1.0).sqrt()
     }
 
     fn max_value(&self, _textures: &Textures<'_>) -> Rgb {
-        let [a, b] = self.colors;
-        a.max(b)
+        self.colors.max()
     }
 
     fn is_band_limited(&self) -> bool {

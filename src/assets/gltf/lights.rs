@@ -13,11 +13,9 @@ use crate::{
         model::LightUnits,
         motion::{LightParameters, LightShape},
     },
+    light::LUMENS_PER_WATT,
     value::one_line,
 };
-
-/// The lumens that Blender's exporter writes for a watt: the luminous efficacy of green light.
-const LUMENS_PER_WATT: u32 = 683;
 
 /// The program that Blender's exporter says it is.
 const BLENDER: &str = "Khronos glTF Blender I/O";

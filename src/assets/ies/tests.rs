@@ -119,6 +119,10 @@ fn hostile_files_are_refused_with_their_line() {
         "line 7: vertical angles do not rise: 45 follows 90"
     );
     assert_eq!(
+        numbers(&format!("{start}0 45 45.0001\n0\n1 1 1")),
+        "line 7: vertical angles rise by less than 0.001 degrees: 45.0001 follows 45"
+    );
+    assert_eq!(
         numbers(&format!("{start}0 90 200\n0\n1 1 1")),
         "line 7: a vertical angle of 200 degrees, expected 0 to 180"
     );

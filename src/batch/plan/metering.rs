@@ -9,10 +9,9 @@
 use super::cameras::metered_resolution;
 use crate::{
     batch::Plan,
-    camera::FrameCamera,
-    film::PassRequest,
+    film::{Film, PassRequest},
     math::{Rgb, exponential},
-    render::{Cancel, Content, Control, RenderError, Renderer, SampleBudget, Settings},
+    render::{Cancel, Content, Control, RenderError, Renderer, Settings},
     scene::{ObjectRole, Scene},
 };
 
@@ -41,15 +40,19 @@ impl Plan {
         if self.picture.settings.content != Content::Light || self.picture.integrator.as_dyn().wants_cost() {
             return Ok(plan);
         }
-        let settings = Settings::new(metered_resolution(self.picture.settings.resolution), SAMPLES);
+        let settings = Settings {
+            passes: vec![PassRequest::parse(OBJECTS).expect("the table has the row")],
+            ..Settings::new(metered_resolution(self.picture.settings.resolution), SAMPLES)
+        };
         let control = Control {
             cancel,
             ..Control::default()
         };
         let film = Renderer::new().render(scene, camera, self.picture.integrator.as_dyn(), &settings, &control)?;
         // Surfaces count, if there are any: what is behind them may be of any brightness.
-        let is_surface = self.surfaces(scene, camera, &settings, &control)?;
-        let counts = |at: usize| !is_surface.contains(&true) || is_surface[at];
+        let is_surface = surfaces(scene, &film);
+        let has_surfaces = is_surface.contains(&true);
+        let counts = |at: usize| !has_surfaces || is_surface[at];
         let colors = film.beauty().iter().enumerate().filter(|(at, _)| counts(*at));
         let colors = colors.map(|(_, &[r, g, b, _])| Rgb::new(r, g, b));
         let luminances = colors.map(|color| self.picture.working_space.to_rec709(color).luminance());
@@ -60,31 +63,17 @@ impl Plan {
         }
         Ok(plan)
     }
+}
 
-    /// Whether the middle of each pixel shows an object that is neither a shadow catcher nor a holdout, in a picture with these settings.
-    fn surfaces(
-        &self,
-        scene: &Scene,
-        camera: &FrameCamera,
-        settings: &Settings,
-        control: &Control<'_>,
-    ) -> Result<Vec<bool>, RenderError> {
-        let settings = Settings {
-            content: Content::FirstHits,
-            samples: SampleBudget::fixed(1),
-            filter: None,
-            passes: vec![PassRequest::parse(OBJECTS).expect("the table has the row")],
-            ..settings.clone()
-        };
-        let film = Renderer::new().render(scene, camera, self.picture.integrator.as_dyn(), &settings, control)?;
-        let shows = |number: &f32| {
-            let part = number.to_bits().checked_sub(1);
-            let object = part.map(|part| scene.mattes().parts()[part as usize].object);
-            object.is_some_and(|object| scene.geometry.objects[object.0 as usize].role == ObjectRole::Ordinary)
-        };
-        let numbers = film.plane(OBJECTS).expect("the pass was requested");
-        Ok(numbers.values.iter().map(shows).collect())
-    }
+/// Whether each pixel shows an object that is neither a shadow catcher nor a holdout, at the sample nearest to its middle.
+fn surfaces(scene: &Scene, film: &Film) -> Vec<bool> {
+    let shows = |number: &f32| {
+        let part = number.to_bits().checked_sub(1);
+        let object = part.map(|part| scene.mattes().parts()[part as usize].object);
+        object.is_some_and(|object| scene.geometry.objects[object.0 as usize].role == ObjectRole::Ordinary)
+    };
+    let numbers = film.plane(OBJECTS).expect("the pass was requested");
+    numbers.values.iter().map(shows).collect()
 }
 
 /// The stops that show the log-average of what is lit as middle gray, or fewer, so that a tenth of it at most exceeds [`BRIGHT`]; 0 where

@@ -225,3 +225,15 @@ fn wrong_keys_are_refused_in_words() {
     assert_eq!(disk("radiance = 1"), "a light with `ies` has no `radiance`");
     assert_eq!(disk("spread = 0.5"), "`spread` and `ies` are both given");
 }
+
+#[test]
+fn lamps_whose_power_is_too_small_for_a_number_are_dark() {
+    let tiny = profile(|v, _| if v < 1.0 { 1e-41 } else { 0.0 });
+    for text in [
+        "point = { position = [0, 2, 0], ies = '', power = 1 }",
+        "disk = { position = [0, 2, 0], ies = '', direction = [0, -1, 0], radius = 0.1, power = 1 }",
+    ] {
+        let e = irradiance(&light(text), &tiny, Vec3::ZERO);
+        assert!(e.is_finite(), "{text}: {e}");
+    }
+}

@@ -168,7 +168,7 @@ fn an_even_lamp_has_4_pi_times_its_intensity_and_a_cosine_pi_times() {
     assert!(near(even.power(), 4.0 * PI) && near(even.front_power(), 2.0 * PI));
     let cosine = lamp(&|v| 683.0 * libm::cosf(v.to_radians()).max(0.0));
     assert!(near(cosine.power(), PI) && near(cosine.front_power(), PI));
-    let spread = cosine.spread();
+    let spread = cosine.cone();
     assert!(!spread.is_backward && spread.full < 1e-3 && (spread.end.to_degrees() - 90.0).abs() < 1.01);
 }
 
@@ -176,12 +176,12 @@ fn an_even_lamp_has_4_pi_times_its_intensity_and_a_cosine_pi_times() {
 fn no_light_leaves_the_spread() {
     for m in all() {
         let profile = Profile::new(&m);
-        let Spread {
+        let ProfileCone {
             max,
             is_backward,
             full,
             end,
-        } = profile.spread();
+        } = profile.cone();
         let axis = if is_backward { -Vec3::Z } else { Vec3::Z };
         for i in 0..20_000 {
             let w = Vec3::new(number(3 * i), number(3 * i + 1), number(3 * i + 2)) - 0.5;

@@ -44,6 +44,7 @@ impl Wave {
             self.hit_indices.push(self.rays.len() as u32);
             self.prims.push(hit.prim);
             self.add_world(i, Some(hit), sample + samples);
+            // It spawns no rays, so the paths that go on stay in the order of their samples.
             if context.shows_background() {
                 self.miss_indices.push(self.rays.len() as u32);
                 self.add_world(i, None, sample + 2 * samples);
@@ -67,9 +68,8 @@ impl Wave {
         is_caught.then(|| self.out.radiance[self.weights.len() + sample])
     }
 
-    /// The radiance of the background behind the catcher that a sample meets, if it meets one and the camera sees backgrounds.
+    /// The radiance of the background behind the catcher that this sample meets, if the camera sees backgrounds.
     pub(super) fn behind(&self, context: &RenderContext<'_>, sample: usize) -> Option<Rgb> {
-        let is_caught = self.is_caught.get(sample).copied().unwrap_or(false);
-        (is_caught && context.shows_background()).then(|| self.out.radiance[2 * self.weights.len() + sample])
+        (context.shows_background()).then(|| self.out.radiance[2 * self.weights.len() + sample])
     }
 }

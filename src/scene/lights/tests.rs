@@ -19,6 +19,7 @@ use crate::{
         checker::Checker,
         image::{ImagePattern, TextureFilter, Wrap},
         mapping::MappingDesc,
+        two_colors::TwoColors,
         voronoi::{CellValue, Voronoi},
     },
 };
@@ -294,7 +295,7 @@ fn textured_emitters_shine_with_the_texture_at_the_sampled_point() {
         scale: 3.0,
     });
     let cells = Pattern::Voronoi(Voronoi {
-        colors: [Rgb::gray(0.25), Rgb::gray(4.0)],
+        colors: TwoColors([Rgb::gray(0.25), Rgb::gray(4.0)]),
         value: CellValue::Cell,
         scale: 3.0,
         seed: 2,

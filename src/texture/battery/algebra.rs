@@ -11,6 +11,7 @@ use crate::{
         noise::{Noise, NoiseChannels, NoiseForm},
         ramp::{ColorRamp, Interpolation, MAX_STOPS, Stop},
         remap::{Beyond, Remap},
+        two_colors::TwoColors,
     },
     value::Channel,
 };
@@ -24,7 +25,7 @@ const NEXT: TextureId = TextureId(3);
 /// Noise in colours, a repeated gradient, a texture that is made of them, and what `more` adds.
 fn with(made: Pattern, more: &[Texture]) -> Vec<Texture> {
     let noise = Noise {
-        colors: [Rgb::new(0.0, 0.1, 0.2), Rgb::new(1.0, 0.8, 0.9)],
+        colors: TwoColors([Rgb::new(0.0, 0.1, 0.2), Rgb::new(1.0, 0.8, 0.9)]),
         form: NoiseForm::Fbm,
         scale: 2.0,
         octaves: 3,

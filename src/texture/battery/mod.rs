@@ -10,6 +10,7 @@ use super::{
     gradient::{Along, GradientPattern, GradientWrap},
     noise::{Noise, NoiseChannels, NoiseForm},
     solid::{SolidDesc, SolidSpace},
+    two_colors::TwoColors,
     voronoi::{CellValue, Voronoi},
 };
 use crate::{
@@ -21,7 +22,7 @@ const BLACK_TO_WHITE: [Rgb; 2] = [Rgb::BLACK, Rgb::WHITE];
 
 fn noise(form: NoiseForm) -> Pattern {
     Pattern::Noise(Noise {
-        colors: BLACK_TO_WHITE,
+        colors: TwoColors(BLACK_TO_WHITE),
         form,
         scale: 1.0,
         octaves: 3,
@@ -34,7 +35,7 @@ fn noise(form: NoiseForm) -> Pattern {
 
 fn voronoi(value: CellValue) -> Pattern {
     Pattern::Voronoi(Voronoi {
-        colors: BLACK_TO_WHITE,
+        colors: TwoColors(BLACK_TO_WHITE),
         value,
         scale: 1.0,
         seed: 3,

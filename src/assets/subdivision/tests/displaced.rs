@@ -1,16 +1,15 @@
 //! Displacement against closed forms.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use glam::DVec3;
 
-use super::super::subdivide;
+use super::{super::subdivide, of_model::model};
 use crate::{
     assets::{
         Files, MemoryBudget,
         displacement::{Displacement, HeightTexture, Heights},
-        model::{FaceUse, Model, Subdivision},
-        obj,
+        model::{Model, Subdivision},
     },
     math::Rgb,
     shape::mesh::{Bits, Scheme},
@@ -27,16 +26,6 @@ use crate::{
 const LEVELS: u32 = 5;
 /// The vertices along a side of a square of so many levels.
 const SIDE: u32 = (1 << LEVELS) + 1;
-
-fn model(text: &str) -> Model {
-    let parsed = obj::parse(
-        text.as_bytes(),
-        Path::new("a.obj"),
-        FaceUse::Polygons,
-        &Files::default(),
-    );
-    parsed.expect("a model")
-}
 
 fn displaced(text: &str, how: &Subdivision, displacement: &Displacement) -> Result<Model, String> {
     let mut model = model(text);

@@ -16,7 +16,7 @@ use crate::{
 /// A cube from -1 to 1 of six squares in two groups with a material each, and a lone triangle of another object.
 const CUBE: &str = "o box\nv -1 -1 -1\nv 1 -1 -1\nv -1 1 -1\nv 1 1 -1\nv -1 -1 1\nv 1 -1 1\nv -1 1 1\nv 1 1 1\ng sides\nusemtl a\nf 1 5 7 3\nf 2 4 8 6\nf 1 2 6 5\nf 3 7 8 4\ng ends\nusemtl b\nf 1 3 4 2\nf 5 6 8 7\n";
 
-fn model(text: &str) -> Model {
+pub(super) fn model(text: &str) -> Model {
     let parsed = obj::parse(
         text.as_bytes(),
         Path::new("a.obj"),
