@@ -7,10 +7,11 @@ const UNSEEN: f32 = 4.0;
 
 /// The part of a pattern's contrast that is left where a footprint of this width and length is averaged, in units of the size of
 /// its features. `falloff` is the rate at which the pattern's mean over a line loses contrast with the square of its length, fitted to
-/// means over many lines and rectangles.
+/// means over many lines and rectangles. Nothing is left where the footprint has no size.
 #[inline]
 pub fn contrast([width, length]: [f32; 2], falloff: f32) -> f32 {
     let over_line = |length: f32| 1.0 / (1.0 + falloff * length * length);
     let part = width / UNSEEN;
-    (1.0 - part * part).max(0.0) * over_line(width) * over_line(length)
+    let left = (1.0 - part * part).max(0.0) * over_line(width) * over_line(length);
+    left.max(0.0)
 }

@@ -20,7 +20,7 @@
 
 use serde::Deserialize;
 
-use super::{FindSources, Lookup, PatternKind, Textures, band_limit::contrast, lattice};
+use super::{FindSources, Lookup, PatternKind, Textures, band_limit::contrast, lattice, source::finite};
 use crate::{
     math::{DVec2, Rgb, Vec2, hash},
     value::{Count, List, NonNegative, Positive, Problem, RgbFactor, Spanned, UnitInterval},
@@ -90,7 +90,7 @@ impl Parts {
                 all: to - from,
             };
         }
-        if width == 0.0 {
+        if width < NARROW {
             let is_brick = f32::from(x >= from && x < to);
             return Self {
                 own: is_brick,
@@ -137,16 +137,17 @@ impl PatternKind for Brick {
         }
         let [a, b] = lookup.axes();
         let square = a * a + b * b;
-        self.color(place.st(), Vec2::new(square.x.sqrt(), square.y.sqrt()))
+        finite(self.color(place.st(), Vec2::new(square.x.sqrt(), square.y.sqrt())))
     }
 
-    fn spread(&self, lookup: &Lookup<'_>) -> f32 {
+    fn moments(&self, lookup: &Lookup<'_>) -> (Rgb, f32) {
         let bricks = (1.0 - self.gap / self.size[0]) * (1.0 - self.gap / self.size[1]);
         let [a, b] = self.colors;
         let difference = ((a + b) * 0.5 - self.mortar).map(f32::abs).mean();
         let [_, long] = lookup.widths();
         let seen = contrast([long / self.size[1]; 2], 1.0);
-        difference * (bricks * (1.0 - bricks) * (1.0 - seen * seen).clamp(0.0, 1.0)).sqrt()
+        let variance = bricks * (1.0 - bricks) * (1.0 - seen * seen).clamp(0.0, 1.0);
+        (self.numbers(lookup), difference * variance.sqrt())
     }
 
     fn max_value(&self, _textures: &Textures<'_>) -> Rgb {
@@ -162,6 +163,9 @@ impl PatternKind for Brick {
         Vec2::from_array(self.size.map(|side| STEPS / side))
     }
 }
+
+/// A part of a brick that is too short for the difference of two places to tell its length.
+const NARROW: f32 = 1.0 / (1_u32 << 20) as f32;
 
 /// Steps per brick over which a slope is measured.
 const STEPS: f32 = 64.0;

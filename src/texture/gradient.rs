@@ -75,16 +75,17 @@ pub struct GradientPattern {
 }
 
 impl GradientWrap {
-    /// The value at `x`, from 0 to 1.
+    /// The value at `x`, from 0 to 1; 0 where there is none.
     fn value(self, x: f64) -> f64 {
-        match self {
+        let value = match self {
             Self::Clamp => x.clamp(0.0, 1.0),
             Self::Repeat => x - x.floor(),
             Self::Mirror => {
                 let part = x - 2.0 * (0.5 * x).floor();
                 part.min(2.0 - part)
             }
-        }
+        };
+        if value.is_nan() { 0.0 } else { value }
     }
 
     /// The integral of [`GradientWrap::value`] from 0 to `x`.
@@ -108,8 +109,11 @@ impl GradientWrap {
         }
     }
 
-    /// The mean over an interval of this width around `x`.
+    /// The mean over an interval of this width around `x`; the value at `x` where the width is not finite.
     fn mean(self, x: f64, width: f64) -> f64 {
+        if !(width > NARROW && width.is_finite()) {
+            return self.value(x);
+        }
         // Far from 0 the integrals would lose the bits that their difference needs.
         let near = match self {
             Self::Clamp => x.clamp(-width, 1.0 + width),
@@ -124,6 +128,9 @@ impl GradientWrap {
         }
     }
 }
+
+/// The value in the middle of an interval of this width is more exact than the difference of two integrals.
+const NARROW: f64 = 1.0 / (1_u64 << 26) as f64;
 
 /// The mean of the part of an interval around `x` that is clamped to 0 and 1.
 pub(super) fn clamped_mean(x: f32, width: f32) -> f32 {
@@ -142,20 +149,10 @@ impl GradientPattern {
         (distance, away.normalize_or_zero())
     }
 
-    /// The value at a point, from 0 to 1, over the footprint with these axes.
-    fn value(&self, p: DVec3, axes: [DVec3; 2]) -> f32 {
-        let (x, width) = self.interval(p, axes);
-        if x.is_finite() {
-            self.wrap.mean(x, width) as f32
-        } else {
-            0.0
-        }
-    }
-
-    /// The number at a point, and the width of its interval over the footprint with these axes.
-    fn interval(&self, p: DVec3, axes: [DVec3; 2]) -> (f64, f64) {
-        let (x, slope) = self.number(p);
-        let [a, b] = axes.map(|axis| axis.dot(slope));
+    /// The number at a point, and the width of its interval over the footprint.
+    fn interval(&self, lookup: &Lookup<'_>) -> (f64, f64) {
+        let (x, slope) = self.number(lookup.place().xyz());
+        let [a, b] = lookup.axes().map(|axis| axis.as_dvec3().dot(slope));
         (x, (a * a + b * b).sqrt())
     }
 }
@@ -163,18 +160,20 @@ impl GradientPattern {
 impl PatternKind for GradientPattern {
     fn numbers(&self, lookup: &Lookup<'_>) -> Rgb {
         let [a, b] = self.colors;
-        let axes = lookup.axes().map(|axis| axis.as_dvec3());
-        a + (b - a) * self.value(lookup.place().xyz(), axes)
+        let (x, width) = self.interval(lookup);
+        a + (b - a) * self.wrap.mean(x, width) as f32
     }
 
-    fn spread(&self, lookup: &Lookup<'_>) -> f32 {
+    fn moments(&self, lookup: &Lookup<'_>) -> (Rgb, f32) {
         let [a, b] = self.colors;
-        let (x, width) = self.interval(lookup.place().xyz(), lookup.axes().map(|axis| axis.as_dvec3()));
+        let (x, width) = self.interval(lookup);
         let range = match self.wrap {
             GradientWrap::Clamp => (x + 0.5 * width).clamp(0.0, 1.0) - (x - 0.5 * width).clamp(0.0, 1.0),
             GradientWrap::Repeat | GradientWrap::Mirror => width.min(1.0),
         };
-        (b - a).map(f32::abs).mean() * range as f32 / EVEN_WIDTH
+        let difference = b - a;
+        let spread = difference.map(f32::abs).mean() * range as f32 / EVEN_WIDTH;
+        (a + difference * self.wrap.mean(x, width) as f32, spread)
     }
 
     fn max_value(&self, _textures: &Textures<'_>) -> Rgb {

@@ -304,6 +304,9 @@ impl Footprint {
     }
 }
 
+/// From here on texels have no exact numbers.
+const MAX_TEXEL: f32 = (1_u32 << 24) as f32;
+
 /// The largest number of texels that are read for a bound.
 const MAX_BOUNDED_TEXELS: f32 = 65_536.0;
 
@@ -352,7 +355,8 @@ impl PatternKind for ImagePattern {
         let [low, high] = corners.map(|st| (st * size - 0.5).floor());
         let texels = high - low + 2.0;
         let count = texels.x * texels.y;
-        if count.is_nan() || count > MAX_BOUNDED_TEXELS {
+        let is_near = low.abs().max_element() < MAX_TEXEL && high.abs().max_element() < MAX_TEXEL;
+        if !is_near || count > MAX_BOUNDED_TEXELS {
             return bitmap.max_value();
         }
         let run = |axis: usize, n: u32| {

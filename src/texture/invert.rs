@@ -42,8 +42,9 @@ impl PatternKind for Invert {
         (Rgb::WHITE - lookup.color(&self.0)).max(Rgb::BLACK)
     }
 
-    fn spread(&self, lookup: &Lookup<'_>) -> f32 {
-        lookup.spread(&self.0)
+    fn moments(&self, lookup: &Lookup<'_>) -> (Rgb, f32) {
+        let (numbers, spread) = lookup.moments(&self.0);
+        ((Rgb::WHITE - numbers).max(Rgb::BLACK), spread)
     }
 
     fn max_value(&self, _textures: &Textures<'_>) -> Rgb {

@@ -129,21 +129,20 @@ impl Lookup<'_> {
         }
     }
 
-    /// The standard deviation of another texture's numbers within the footprint, a mean over the channels.
-    pub fn spread(&self, source: &Color) -> f32 {
-        match source {
-            _ if self.is_at_point() => 0.0,
-            Color::Constant(_) => 0.0,
-            Color::Texture(id) => self.textures.textures[id.0 as usize].spread(self.textures, self.at),
-            Color::Tinted(id, tint) => self.spread(&Color::Texture(*id)) * tint.mean(),
-        }
+    /// The numbers of another texture at the same point, and their standard deviation within the footprint, a mean over the channels.
+    pub fn moments(&self, source: &Color) -> (Rgb, f32) {
+        self.textures.source_moments(source, self.at)
     }
 
-    /// The standard deviation of a number of another texture within the footprint.
-    pub fn scalar_spread(&self, source: &Scalar) -> f32 {
+    /// A number of another texture at the same point, and its standard deviation within the footprint.
+    pub fn scalar_moments(&self, source: &Scalar) -> (f32, f32) {
         match source.texture() {
-            None | Some((_, Channel::A)) => 0.0,
-            Some((id, _)) => (source.at_number(self.spread(&Color::Texture(id))) - source.at_number(0.0)).abs(),
+            None | Some((_, Channel::A)) => (self.scalar(source), 0.0),
+            Some((id, channel)) => {
+                let (numbers, spread) = self.moments(&Color::Texture(id));
+                let spread = (source.at_number(spread) - source.at_number(0.0)).abs();
+                (source.at_number(channel_of(numbers, channel)), spread)
+            }
         }
     }
 

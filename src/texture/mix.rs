@@ -18,7 +18,7 @@
 
 use serde::Deserialize;
 
-use super::{Color, FindSources, Lookup, PatternKind, Scalar, TextureId, Textures};
+use super::{Color, FindSources, Lookup, PatternKind, Scalar, TextureId, Textures, source::finite};
 use crate::{
     math::Rgb,
     value::{ColorSource, Problem, ScalarSource, Spanned},
@@ -55,15 +55,16 @@ impl PatternKind for MixPattern {
     fn numbers(&self, lookup: &Lookup<'_>) -> Rgb {
         let factor = lookup.scalar(&self.factor).clamp(0.0, 1.0);
         let [a, b] = self.sources.each_ref().map(|source| lookup.color(source));
-        a * (1.0 - factor) + b * factor
+        finite(a * (1.0 - factor) + b * factor)
     }
 
-    fn spread(&self, lookup: &Lookup<'_>) -> f32 {
-        let factor = lookup.scalar(&self.factor).clamp(0.0, 1.0);
-        let [a, b] = self.sources.each_ref().map(|source| lookup.spread(source));
-        let [near, far] = self.sources.each_ref().map(|source| lookup.color(source));
-        let by_factor = (far - near).map(f32::abs).mean() * lookup.scalar_spread(&self.factor);
-        a * (1.0 - factor) + b * factor + by_factor
+    fn moments(&self, lookup: &Lookup<'_>) -> (Rgb, f32) {
+        let (factor, of_factor) = lookup.scalar_moments(&self.factor);
+        let factor = factor.clamp(0.0, 1.0);
+        let [(a, of_a), (b, of_b)] = self.sources.each_ref().map(|source| lookup.moments(source));
+        let by_factor = (b - a).map(f32::abs).mean() * of_factor;
+        let spread = of_a * (1.0 - factor) + of_b * factor + by_factor;
+        (finite(a * (1.0 - factor) + b * factor), spread)
     }
 
     fn max_value(&self, textures: &Textures<'_>) -> Rgb {

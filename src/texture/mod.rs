@@ -66,9 +66,9 @@ pub trait PatternKind {
     /// The numbers at a point, over the footprint where the pattern can be averaged over it.
     fn numbers(&self, lookup: &Lookup<'_>) -> Rgb;
 
-    /// The standard deviation of the numbers within the footprint, a mean over the channels; 0 where it is not known.
-    fn spread(&self, _lookup: &Lookup<'_>) -> f32 {
-        0.0
+    /// The numbers, and their standard deviation within the footprint, a mean over the channels; 0 where it is not known.
+    fn moments(&self, lookup: &Lookup<'_>) -> (Rgb, f32) {
+        (self.numbers(lookup), 0.0)
     }
 
     /// The largest value of each channel.
@@ -180,8 +180,8 @@ kinds! {
     compiled by fn compile(&self, find: &FindSources<'_>) -> Result<Pattern, Problem>;
     /// See [`PatternKind::numbers`].
     fn numbers(&self, lookup: &Lookup<'_>) -> Rgb;
-    /// See [`PatternKind::spread`].
-    fn spread(&self, lookup: &Lookup<'_>) -> f32;
+    /// See [`PatternKind::moments`].
+    fn moments(&self, lookup: &Lookup<'_>) -> (Rgb, f32);
     /// See [`PatternKind::max_value`].
     fn max_value(&self, textures: &Textures<'_>) -> Rgb;
     /// See [`PatternKind::max_within`].
@@ -249,12 +249,22 @@ impl Texture {
     /// A bound on the colour over a triangle with these corners.
     pub(super) fn max_within(&self, textures: &Textures<'_>, corners: &[TexturePoint; 3]) -> Rgb {
         let max_value = if self.mapping.is_affine() && self.warp.is_none() {
-            let [a, b, c] = corners.each_ref().map(|at| self.st(at));
+            let [a, b, c] = self.sts(corners);
             self.pattern.max_within(textures, [a.min(b).min(c), a.max(b).max(c)])
         } else {
             self.pattern.max_value(textures)
         };
         self.colors.convert(max_value * self.factor)
+    }
+
+    /// The coordinates of the corners of a triangle, less by the same whole periods.
+    fn sts(&self, corners: &[TexturePoint; 3]) -> [Vec2; 3] {
+        let Some(solid) = self.mapping.solid() else {
+            return corners.each_ref().map(|at| self.st(at));
+        };
+        let places = corners.each_ref().map(|at| solid.place(at).truncate());
+        let whole = transform::whole_periods(places[0], self.pattern.periods());
+        places.map(|place| (place - whole).as_vec2())
     }
 
     /// The largest value of each channel of its numbers.
@@ -298,22 +308,31 @@ impl Texture {
         }
     }
 
-    /// The mean of `read` over the sides of a body that a point shows; `None` where the mapping has no sides.
+    /// The mean of `read`, a colour and a number, over the sides of a body that a point shows; `None` where the mapping has no sides.
     #[inline]
-    fn over_sides(&self, textures: &Textures<'_>, at: &TexturePoint, read: impl Fn(&Lookup<'_>) -> Rgb) -> Option<Rgb> {
+    fn over_sides(
+        &self,
+        textures: &Textures<'_>,
+        at: &TexturePoint,
+        read: impl Fn(&Lookup<'_>) -> (Rgb, f32),
+    ) -> Option<(Rgb, f32)> {
         let sides = self.mapping.triplanar()?.sides(at);
         let lookup = self.lookup(textures, at);
         let shown = sides.into_iter().filter(|(_, share)| *share > 0.0);
-        Some(shown.fold(Rgb::BLACK, |sum, (side, share)| {
+        Some(shown.fold((Rgb::BLACK, 0.0), |(color, number), (side, share)| {
             let side = Some(side);
-            sum + read(&Lookup { side, ..lookup }) * share
+            let of_side = read(&Lookup { side, ..lookup });
+            (color + of_side.0 * share, number + of_side.1 * share)
         }))
     }
 
     /// The opacity, from 0 to 1.
     pub fn alpha(&self, textures: &Textures<'_>, at: &TexturePoint) -> f32 {
-        let of_sides = self.over_sides(textures, at, |lookup| Rgb::gray(self.pattern.alpha(lookup)));
-        of_sides.map_or_else(|| self.pattern.alpha(&self.lookup(textures, at)), |alpha| alpha.r)
+        let of_sides = self.over_sides(textures, at, |lookup| (Rgb::BLACK, self.pattern.alpha(lookup)));
+        of_sides.map_or_else(
+            || self.pattern.alpha(&self.lookup(textures, at)),
+            |(_, alpha)| alpha.min(1.0),
+        )
     }
 
     /// The directions in which s and t grow, each while the other stays, in the frame of the surface's tangent and bitangent, at a
@@ -346,25 +365,29 @@ impl Texture {
 
     /// The numbers at a point.
     pub(super) fn data(&self, textures: &Textures<'_>, at: &TexturePoint) -> Rgb {
-        let of_sides = self.over_sides(textures, at, |lookup| self.pattern.numbers(lookup));
-        let numbers = of_sides.unwrap_or_else(|| self.pattern.numbers(&self.lookup(textures, at)));
+        let of_sides = self.over_sides(textures, at, |lookup| (self.pattern.numbers(lookup), 0.0));
+        let numbers = of_sides.map_or_else(
+            || self.pattern.numbers(&self.lookup(textures, at)),
+            |(numbers, _)| numbers,
+        );
         if self.factor == Rgb::WHITE {
             numbers
         } else {
-            numbers * self.factor
+            source::finite(numbers * self.factor)
         }
     }
 
-    /// The numbers at a point as other textures read them.
+    /// The numbers at a point as other textures read them, all of them finite.
     pub(super) fn source_numbers(&self, textures: &Textures<'_>, at: &TexturePoint) -> Rgb {
-        self.rec709.convert(self.data(textures, at))
+        source::finite(self.rec709.convert(self.data(textures, at)))
     }
 
-    /// See [`PatternKind::spread`].
-    pub(super) fn spread(&self, textures: &Textures<'_>, at: &TexturePoint) -> f32 {
-        let of_sides = self.over_sides(textures, at, |lookup| Rgb::gray(self.pattern.spread(lookup)));
-        let spread = of_sides.map_or_else(|| self.pattern.spread(&self.lookup(textures, at)), |spread| spread.r);
-        spread * self.factor.mean()
+    /// The moments as other textures read them, all of them finite, see [`PatternKind::moments`].
+    pub(super) fn source_moments(&self, textures: &Textures<'_>, at: &TexturePoint) -> (Rgb, f32) {
+        let of_sides = self.over_sides(textures, at, |lookup| self.pattern.moments(lookup));
+        let (numbers, spread) = of_sides.unwrap_or_else(|| self.pattern.moments(&self.lookup(textures, at)));
+        let spread = source::finite(Rgb::gray(spread * self.factor.mean())).r;
+        (source::finite(self.rec709.convert(numbers * self.factor)), spread)
     }
 
     /// The steps of its pattern per unit of u and of v.

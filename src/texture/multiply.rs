@@ -21,7 +21,7 @@
 
 use serde::Deserialize;
 
-use super::{Color, FindSources, Lookup, PatternKind, TextureId, Textures};
+use super::{Color, FindSources, Lookup, PatternKind, TextureId, Textures, source::finite};
 use crate::{
     math::Rgb,
     value::{ColorSource, Problem, Spanned},
@@ -46,13 +46,12 @@ pub struct Multiply(pub [Color; 2]);
 impl PatternKind for Multiply {
     fn numbers(&self, lookup: &Lookup<'_>) -> Rgb {
         let [a, b] = self.0.each_ref().map(|source| lookup.color(source));
-        a * b
+        finite(a * b)
     }
 
-    fn spread(&self, lookup: &Lookup<'_>) -> f32 {
-        let [a, b] = self.0.each_ref().map(|source| lookup.color(source).mean());
-        let [of_a, of_b] = self.0.each_ref().map(|source| lookup.spread(source));
-        a * of_b + b * of_a
+    fn moments(&self, lookup: &Lookup<'_>) -> (Rgb, f32) {
+        let [(a, of_a), (b, of_b)] = self.0.each_ref().map(|source| lookup.moments(source));
+        (finite(a * b), a.mean() * of_b + b.mean() * of_a)
     }
 
     fn max_value(&self, textures: &Textures<'_>) -> Rgb {

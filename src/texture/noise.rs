@@ -172,28 +172,47 @@ impl Statistics {
     }
 }
 
+/// An octave of noise over a footprint.
+struct Layer {
+    octave: u32,
+    amplitude: f32,
+    /// Features per unit of the coordinates.
+    scale: f32,
+    /// The part of its contrast that is left.
+    seen: f32,
+}
+
 impl Noise {
+    /// The layers of the noise over a footprint of this width and length; `falloff` is the rate at which one loses contrast, see
+    /// [`contrast`].
+    fn layers(&self, widths: [f32; 2], falloff: f32) -> impl Iterator<Item = Layer> {
+        let first = (1.0, self.scale);
+        let finer = move |(amplitude, scale): &(f32, f32)| Some((amplitude * self.gain, scale * self.lacunarity));
+        let layers = std::iter::successors(Some(first), finer).zip(0..self.octaves);
+        layers.map(move |((amplitude, scale), octave)| Layer {
+            octave,
+            amplitude,
+            scale,
+            seen: contrast(widths.map(|w| w * scale), falloff),
+        })
+    }
+
     /// The noise of a channel at a place, from 0 to 1, over a footprint of this width and length.
     fn value(&self, place: Place, widths: [f32; 2], channel: u32) -> f32 {
         let statistics = Statistics::of(place);
-        let falloff = statistics.falloffs[self.form as usize];
         let (mut sum, mut total) = (0.0, 0.0);
-        let (mut amplitude, mut scale) = (1.0, self.scale);
-        for octave in 0..self.octaves {
-            total += amplitude;
-            let seen = contrast(widths.map(|w| w * scale), falloff);
-            if seen > 0.0
-                && let Some(place) = place.scaled(scale)
+        for layer in self.layers(widths, statistics.falloffs[self.form as usize]) {
+            total += layer.amplitude;
+            if layer.seen > 0.0
+                && let Some(place) = place.scaled(layer.scale)
             {
-                let noise = self.octave(place, octave, channel);
+                let noise = self.octave(place, layer.octave, channel);
                 let deviation = match self.form {
                     NoiseForm::Fbm => noise,
                     NoiseForm::Turbulence => noise.abs() - statistics.mean,
                 };
-                sum += amplitude * seen * deviation;
+                sum += layer.amplitude * layer.seen * deviation;
             }
-            amplitude *= self.gain;
-            scale *= self.lacunarity;
         }
         let value = match self.form {
             NoiseForm::Fbm => 0.5 + 0.5 * sum / total,
@@ -205,15 +224,10 @@ impl Noise {
     /// The standard deviation of the noise within a footprint.
     fn unseen(&self, place: Place, widths: [f32; 2]) -> f32 {
         let statistics = Statistics::of(place);
-        let falloff = statistics.falloffs[self.form as usize];
         let (mut variance, mut total) = (0.0, 0.0);
-        let (mut amplitude, mut scale) = (1.0, self.scale);
-        for _ in 0..self.octaves {
+        for Layer { amplitude, seen, .. } in self.layers(widths, statistics.falloffs[self.form as usize]) {
             total += amplitude;
-            let seen = contrast(widths.map(|w| w * scale), falloff);
             variance += amplitude * amplitude * (1.0 - seen * seen).clamp(0.0, 1.0);
-            amplitude *= self.gain;
-            scale *= self.lacunarity;
         }
         let range = match self.form {
             NoiseForm::Fbm => 0.5,
@@ -244,8 +258,9 @@ impl PatternKind for Noise {
         })
     }
 
-    fn spread(&self, lookup: &Lookup<'_>) -> f32 {
-        self.colors.contrast() * self.unseen(lookup.place(), lookup.widths())
+    fn moments(&self, lookup: &Lookup<'_>) -> (Rgb, f32) {
+        let spread = self.colors.contrast() * self.unseen(lookup.place(), lookup.widths());
+        (self.numbers(lookup), spread)
     }
 
     fn max_value(&self, _textures: &Textures<'_>) -> Rgb {

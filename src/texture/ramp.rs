@@ -42,7 +42,7 @@
 
 use serde::Deserialize;
 
-use super::{FindSources, Lookup, PatternKind, Scalar, TextureId, Textures, lookup::EVEN_WIDTH};
+use super::{FindSources, Lookup, PatternKind, Scalar, TextureId, Textures, lookup::EVEN_WIDTH, source::finite};
 use crate::{
     math::Rgb,
     value::{Finite, Problem, RgbFactor, ScalarSource, Spanned},
@@ -130,7 +130,14 @@ impl ColorRamp {
 
     /// The colour between two stops.
     fn between(&self, a: &Stop, b: &Stop, value: f32) -> Rgb {
-        let part = ((value - a.at) / (b.at - a.at)).clamp(0.0, 1.0);
+        // Half of each number, where the whole difference is none.
+        let span = b.at - a.at;
+        let part = if span.is_finite() {
+            (value - a.at) / span
+        } else {
+            (0.5 * value - 0.5 * a.at) / (0.5 * b.at - 0.5 * a.at)
+        };
+        let part = part.clamp(0.0, 1.0);
         let part = match self.interpolation {
             Interpolation::Linear => part,
             Interpolation::Constant => 0.0,
@@ -169,25 +176,29 @@ impl ColorRamp {
         }
         sum / total
     }
-}
 
-impl PatternKind for ColorRamp {
-    fn numbers(&self, lookup: &Lookup<'_>) -> Rgb {
-        let value = lookup.scalar(&self.input);
-        let half = 0.5 * EVEN_WIDTH * lookup.scalar_spread(&self.input);
+    /// The mean colour of values around one with this standard deviation.
+    fn seen(&self, (value, spread): (f32, f32)) -> Rgb {
+        let half = 0.5 * EVEN_WIDTH * spread;
         let [low, high] = [value - half, value + half];
         if low < high && (high - low).is_finite() {
-            self.mean([low, high])
+            finite(self.mean([low, high]))
         } else {
             self.color(value)
         }
     }
+}
 
-    fn spread(&self, lookup: &Lookup<'_>) -> f32 {
-        let value = lookup.scalar(&self.input);
-        let spread = lookup.scalar_spread(&self.input);
+impl PatternKind for ColorRamp {
+    fn numbers(&self, lookup: &Lookup<'_>) -> Rgb {
+        self.seen(lookup.scalar_moments(&self.input))
+    }
+
+    fn moments(&self, lookup: &Lookup<'_>) -> (Rgb, f32) {
+        let (value, spread) = lookup.scalar_moments(&self.input);
         let [low, high] = [value - spread, value + spread].map(|value| self.color(value));
-        0.5 * (high - low).map(f32::abs).mean()
+        let spread_of_colors = 0.5 * (high - low).map(f32::abs).mean();
+        (self.seen((value, spread)), spread_of_colors)
     }
 
     fn max_value(&self, _textures: &Textures<'_>) -> Rgb {

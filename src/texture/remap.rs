@@ -21,7 +21,7 @@
 
 use serde::Deserialize;
 
-use super::{Color, FindSources, Lookup, PatternKind, TextureId, Textures, lookup::EVEN_WIDTH};
+use super::{Color, FindSources, Lookup, PatternKind, TextureId, Textures, lookup::EVEN_WIDTH, source::finite};
 use crate::{
     math::Rgb,
     value::{ColorSource, Finite, List, NonNegative, Problem, Spanned},
@@ -89,25 +89,31 @@ impl Remap {
             Beyond::Clamp => super::gradient::clamped_mean(middle, width),
         }
     }
+
+    /// The mean of the numbers that inputs around these become, with this standard deviation.
+    fn seen(&self, (input, spread): (Rgb, f32)) -> Rgb {
+        let width = EVEN_WIDTH * spread / (self.from[1] - self.from[0]).abs();
+        let [low, high] = self.to;
+        let value = |number: f32| low + (high - low) * self.mean_part(self.part(number), width);
+        finite(input.map(value).max(Rgb::BLACK))
+    }
 }
 
 impl PatternKind for Remap {
     fn numbers(&self, lookup: &Lookup<'_>) -> Rgb {
-        let input = lookup.color(&self.input);
-        let width = EVEN_WIDTH * lookup.spread(&self.input) / (self.from[1] - self.from[0]).abs();
-        let [low, high] = self.to;
-        let value = |number: f32| low + (high - low) * self.mean_part(self.part(number), width);
-        input.map(value).max(Rgb::BLACK)
+        self.seen(lookup.moments(&self.input))
     }
 
-    fn spread(&self, lookup: &Lookup<'_>) -> f32 {
+    fn moments(&self, lookup: &Lookup<'_>) -> (Rgb, f32) {
+        let input = lookup.moments(&self.input);
         let slope = (self.to[1] - self.to[0]) / (self.from[1] - self.from[0]);
         let most = (self.to[1] - self.to[0]).abs();
-        let spread = lookup.spread(&self.input) * slope.abs();
-        match self.beyond {
+        let spread = input.1 * slope.abs();
+        let spread = match self.beyond {
             Beyond::Line => spread,
             Beyond::Clamp => spread.min(0.5 * most),
-        }
+        };
+        (self.seen(input), spread)
     }
 
     fn max_value(&self, textures: &Textures<'_>) -> Rgb {

@@ -74,6 +74,15 @@ impl Scalar {
     }
 }
 
+/// Numbers without those that are not finite: none becomes 0, an infinite one the largest that there is.
+#[inline]
+pub(super) fn finite(numbers: Rgb) -> Rgb {
+    if numbers.is_finite() {
+        return numbers;
+    }
+    numbers.map(|v| if v.is_nan() { 0.0 } else { v.clamp(f32::MIN, f32::MAX) })
+}
+
 /// A channel of a colour, which is opaque.
 #[inline(always)]
 pub(super) fn channel_of(color: Rgb, channel: Channel) -> f32 {

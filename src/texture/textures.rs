@@ -1,6 +1,9 @@
 //! The textures of a scene.
 
-use super::{Bitmap, Color, Scalar, Texture, TextureId, TexturePoint, source::channel_of};
+use super::{
+    Bitmap, Color, Scalar, Texture, TextureId, TexturePoint,
+    source::{channel_of, finite},
+};
 use crate::{
     math::{Rgb, Vec2},
     value::Channel,
@@ -121,7 +124,23 @@ impl Textures<'_> {
         match source {
             Color::Constant(c) => *c,
             Color::Texture(id) => of(id),
-            Color::Tinted(id, tint) => of(id) * *tint,
+            Color::Tinted(id, tint) => finite(of(id) * *tint),
+        }
+    }
+
+    /// The numbers of a source that another texture reads, and their standard deviation within the footprint.
+    pub(super) fn source_moments(&self, source: &Color, at: &TexturePoint) -> (Rgb, f32) {
+        if at.footprint == [Vec2::ZERO; 2] {
+            return (self.source_numbers(source, at), 0.0);
+        }
+        let of = |id: &TextureId| self.textures[id.0 as usize].source_moments(self, at);
+        match source {
+            Color::Constant(c) => (*c, 0.0),
+            Color::Texture(id) => of(id),
+            Color::Tinted(id, tint) => {
+                let (numbers, spread) = of(id);
+                (finite(numbers * *tint), spread * tint.mean())
+            }
         }
     }
 

@@ -129,14 +129,19 @@ impl StTransform {
 
 /// A point less by whole multiples of the `periods` of its coordinates. A period of 0 has none.
 pub(super) fn less_periods(point: DVec2, periods: DVec2) -> Vec2 {
-    let part = |x: f64, period: f64| {
+    (point - whole_periods(point, periods)).as_vec2()
+}
+
+/// The whole multiples of the `periods` of its coordinates that are nearest to a point; 0 for a period of 0.
+pub(super) fn whole_periods(point: DVec2, periods: DVec2) -> DVec2 {
+    let whole = |x: f64, period: f64| {
         if period > 0.0 {
-            x - (x / period).round() * period
+            (x / period).round() * period
         } else {
-            x
+            0.0
         }
     };
-    DVec2::new(part(point.x, periods.x), part(point.y, periods.y)).as_vec2()
+    DVec2::new(whole(point.x, periods.x), whole(point.y, periods.y))
 }
 
 #[cfg(test)]

@@ -122,10 +122,11 @@ impl PatternKind for Voronoi {
         self.colors.at(self.value(lookup.place(), lookup.widths()))
     }
 
-    fn spread(&self, lookup: &Lookup<'_>) -> f32 {
+    fn moments(&self, lookup: &Lookup<'_>) -> (Rgb, f32) {
         let (_, falloff, deviation) = self.statistics(lookup.place());
         let seen = contrast(lookup.widths().map(|w| w * self.scale), falloff);
-        self.colors.contrast() * deviation * (1.0 - seen * seen).clamp(0.0, 1.0).sqrt()
+        let spread = self.colors.contrast() * deviation * (1.0 - seen * seen).clamp(0.0, 1.0).sqrt();
+        (self.numbers(lookup), spread)
     }
 
     fn max_value(&self, _textures: &Textures<'_>) -> Rgb {

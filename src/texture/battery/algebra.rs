@@ -251,3 +251,41 @@ fn no_value_is_above_the_bound() {
         }
     }
 }
+
+#[test]
+fn a_look_up_in_a_chain_takes_a_time_by_its_length() {
+    let gray = [(0.0, Rgb::BLACK), (1.0, Rgb::WHITE)];
+    let mut textures = with(Pattern::Invert(Invert(Color::Texture(NOISE))), &[]);
+    // Each is the one before it, in four ways.
+    for i in 0..48 {
+        let last = TextureId(textures.len() as u32 - 1);
+        let source = Color::Texture(last);
+        let pattern = match i % 4 {
+            0 => ramp(red_of(last), Interpolation::Linear, &gray),
+            1 => Pattern::Remap(Remap {
+                input: source,
+                from: [0.0, 1.0],
+                to: [0.0, 1.0],
+                beyond: Beyond::Line,
+            }),
+            2 => Pattern::Mix(MixPattern {
+                sources: [source, Color::Constant(Rgb::BLACK)],
+                factor: Scalar::Constant(0.0),
+            }),
+            _ => Pattern::Multiply(Multiply([source, Color::Constant(Rgb::WHITE)])),
+        };
+        textures.push(Texture::new(Mapping::Uv, pattern));
+    }
+    let last = TextureId(textures.len() as u32 - 1);
+    for i in 0..20 {
+        let near = at(i);
+        let far = TexturePoint {
+            footprint: [Vec2::X * 0.1, Vec2::Y * 0.1],
+            ..near
+        };
+        for (at, bound) in [(near, 1e-6), (far, 0.01)] {
+            let (first, last) = (look_up(&textures, MADE, &at), look_up(&textures, last, &at));
+            assert!((first.r - last.r).abs() < bound, "{first:?} {last:?}");
+        }
+    }
+}

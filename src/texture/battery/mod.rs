@@ -1,6 +1,8 @@
 //! Tests on patterns without files: their means over an area, from afar, and over a footprint.
 
 mod algebra;
+mod bounds;
+mod hostile;
 
 use std::cell::RefCell;
 
