@@ -73,14 +73,14 @@ impl Compiler<'_> {
 
     /// All that may light an object.
     fn all_lights(&self) -> Vec<KnownLight> {
-        let group = |group: &Option<LightGroupName>| group.as_ref().map(|group| group.as_str().to_owned());
+        let group = |group: Option<&LightGroupName>| group.map(|group| group.as_str().to_owned());
         let name = |given: &Option<Spanned<String>>, what: &str, number: usize| {
             let given = given.as_ref().map(|name| name.get_ref().clone());
             given.unwrap_or_else(|| format!("{what} {number}"))
         };
         let lights = self.desc.lights.iter().enumerate().map(|(i, light)| KnownLight {
             name: name(&light.name, "light", i + 1),
-            group: group(&light.group),
+            group: group(light.group.as_ref()),
             origin: LightOrigin::Light(LightId(i as u32)),
         });
         let objects = self.desc.objects.iter().enumerate();
@@ -88,32 +88,23 @@ impl Compiler<'_> {
             .filter(|(_, object)| self.may_emit(object))
             .map(|(i, object)| KnownLight {
                 name: name(&object.name, "object", i + 1),
-                group: group(&object.group),
+                group: group(object.group.as_ref()),
                 origin: LightOrigin::Object(ObjectId(i as u32)),
             });
         // Parts of models follow all objects.
-        let of_part = |(i, object): (usize, &'_ ObjectDesc)| -> Vec<(String, Option<String>)> {
-            let parts = object.part.iter().filter(|_| is_model(object));
-            let named = |part| {
-                (
-                    name(&object.name, "object", i + 1),
-                    group(&object.with_part(part).group),
-                )
-            };
-            parts.map(named).collect()
-        };
-        let parts = self.desc.objects.iter().enumerate().flat_map(of_part);
+        let models = self.desc.objects.iter().enumerate();
+        let models = models.filter(|(_, object)| is_model(object));
+        let parts = models.flat_map(|(i, object)| object.part.iter().map(move |part| (i, object, part)));
         let parts = parts
             .zip(self.desc.objects.len()..)
-            .map(|((name, group), i)| KnownLight {
-                name,
-                group,
-                origin: LightOrigin::Object(ObjectId(i as u32)),
+            .map(|((i, object, part), id)| KnownLight {
+                name: name(&object.name, "object", i + 1),
+                group: group(part.group.as_ref().or(object.group.as_ref())),
+                origin: LightOrigin::Object(ObjectId(id as u32)),
             });
-        let parts: Vec<KnownLight> = parts.collect();
         let background = KnownLight {
             name: BACKGROUND.to_owned(),
-            group: group(&self.desc.background.group),
+            group: group(self.desc.background.group.as_ref()),
             origin: LightOrigin::Background,
         };
         lights.chain(objects).chain(parts).chain([background]).collect()

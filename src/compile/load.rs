@@ -78,9 +78,7 @@ pub(super) fn around_models(
         if let Some(diagnostics) = Diagnostics::new(&desc.source, unknown) {
             return Err(Error::Invalid(diagnostics));
         }
-        for (placed, model) in compiled.placed.iter_mut().zip(models) {
-            placed.edits = placed::edits(&desc.objects[placed.described].parts, model);
-        }
+        placed::choose_parts(desc, &mut compiled.placed, models);
     }
     let loaded = loaded.map(|models| LoadedModels::new(&compiled.placed, models, options.time));
     if options.origin.is_some() {
@@ -95,7 +93,7 @@ pub(super) fn around_models(
         let again = Compiled::around(chosen, desc, options)?;
         let old = std::mem::replace(&mut compiled, again).placed;
         for (placed, old) in compiled.placed.iter_mut().zip(old) {
-            placed.edits = old.edits;
+            (placed.edits, placed.nodes) = (old.edits, old.nodes);
         }
     }
     Ok((compiled, loaded))

@@ -235,7 +235,7 @@ impl ModelPlacer<'_> {
         let first_copy = self.scene.add_copies(plan.units.copies.count);
         if model.motion.as_ref().is_some_and(|motion| !motion.switched.is_empty()) {
             // Names do not depend on which nodes are visible.
-            let left_out = placed.selection.left_out(model);
+            let left_out = placed.nodes.left_out(model);
             let parts = model.instances.iter().enumerate();
             let parts = parts.filter(|(part, _)| !left_out.contains(part));
             for node in parts.filter_map(|(_, part)| model_use.node_of(part)) {
@@ -308,8 +308,8 @@ impl ModelPlacer<'_> {
             return Ok(());
         }
         let world_from_scene = DAffine3::from_translation(self.scene.origin());
-        let selected = placed.selection.lights(model);
-        for (number, light) in model.lights.iter().enumerate().filter(|(number, _)| selected[*number]) {
+        let own = model.lights.iter().enumerate();
+        for (number, light) in own.filter(|(number, _)| placed.nodes.has_light(model, *number)) {
             let place = world_from_scene * placed.place.of(&light.model_from_light);
             let Some(desc) = model_lights::describe(light, place, placed.light_radius) else {
                 continue;

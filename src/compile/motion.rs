@@ -250,9 +250,8 @@ impl SceneMotion {
         let world_from_scene = DAffine3::from_translation(scene.origin);
         let mut lights = Vec::new();
         for posed in models.values().filter(shines) {
-            let selected = posed.placed.selection.lights(posed.model);
             let own = posed.pose.lights.iter().enumerate();
-            for (number, light) in own.filter(|(number, _)| selected[*number]) {
+            for (number, light) in own.filter(|(number, _)| posed.placed.nodes.has_light(posed.model, *number)) {
                 let is_it =
                     |(object, own, _): &&(ObjectId, usize, LightId)| (*object, *own) == (posed.placed.object, number);
                 let place = world_from_scene * posed.placed.place.of(&light.model_from_light);

@@ -5,7 +5,7 @@ use super::{
     materials::MaterialNames,
     place::ObjectPlace,
     placed::{NO_PARTS, PlacedModel},
-    selection::Selection,
+    selection::{SelectedNodes, Selection},
 };
 use crate::{
     assets::{
@@ -53,6 +53,7 @@ impl Compiler<'_> {
                     described: i,
                     part_of: None,
                     selection: Selection::of(object),
+                    nodes: SelectedNodes::default(),
                     file: self.desc.folder().join(file),
                     choice: ModelChoice {
                         scene: mesh.scene.clone(),
@@ -78,9 +79,8 @@ impl Compiler<'_> {
                 });
                 continue;
             }
-            let patterns = object.nodes.iter().chain(object.part.iter().map(|part| &part.nodes));
             let named = object.parts.names().map(|(.., span)| span);
-            if let Some(span) = named.chain(patterns.flatten().map(Spanned::span)).next() {
+            if let Some(span) = named.chain(object.node_patterns().map(Spanned::span)).next() {
                 self.problems.push(Problem::at(span, NO_PARTS));
             }
             // With a transform the shape is in its own space, without one in world space.

@@ -2,7 +2,10 @@
 
 use std::{collections::HashMap, path::PathBuf, sync::Arc};
 
-use super::{place::ObjectPlace, selection::Selection};
+use super::{
+    place::ObjectPlace,
+    selection::{SelectedNodes, Selection},
+};
 use crate::{
     assets::{
         model::{Model, ModelChoice},
@@ -28,6 +31,8 @@ pub(super) struct PlacedModel {
     pub part_of: Option<usize>,
     /// The nodes that are shown.
     pub selection: Selection,
+    /// The same nodes of its model, once that is loaded.
+    pub nodes: SelectedNodes,
     pub file: PathBuf,
     pub choice: ModelChoice,
     /// When its animations are played.
@@ -83,6 +88,19 @@ pub(super) const NO_PARTS: &str = "only a `shape.mesh` has nodes and materials o
 /// The problem of values of materials that are not shown.
 pub(super) const OTHER_MATERIAL: &str = "the object has a `material`, which takes the place of those of its model";
 
+/// Finds what placed objects show of their models, and the values that replace those of these.
+pub(super) fn choose_parts(desc: &SceneDesc, placed: &mut [PlacedModel], models: &[Arc<Model>]) {
+    for (at, model) in models.iter().enumerate() {
+        placed[at].edits = edits(&desc.objects[placed[at].described].parts, model);
+        // The parts of an object follow it.
+        let selection = &placed[at].selection;
+        placed[at].nodes = match placed[at].part_of {
+            Some(whole) => placed[whole].nodes.of(selection),
+            None => selection.nodes(model),
+        };
+    }
+}
+
 /// The values of a description that replace those of `model`.
 pub(super) fn edits(parts: &PartsDesc, model: &Model) -> ModelEdits {
     let Some(motion) = &model.motion else {
@@ -112,8 +130,7 @@ pub(super) fn unknown_parts(desc: &SceneDesc, placed: &[PlacedModel], models: &[
             continue;
         }
         let known = KnownParts::new(placed, model);
-        let patterns = object.nodes.iter().chain(object.part.iter().map(|part| &part.nodes));
-        problems.extend(patterns.flatten().filter_map(|pattern| known.unmatched(pattern)));
+        problems.extend(object.node_patterns().filter_map(|pattern| known.unmatched(pattern)));
         problems.extend(
             parts
                 .names()
@@ -191,7 +208,7 @@ impl LoadedModels {
                     return posed.map_or_else(|| Arc::clone(model), Arc::new);
                 }
                 let mut chosen = posed.unwrap_or_else(|| Model::clone(model));
-                chosen.hidden.extend(placed.selection.left_out(model));
+                chosen.hidden.extend(placed.nodes.left_out(model));
                 Arc::new(chosen)
             });
             bounds.insert(Arc::as_ptr(posed), own);

@@ -3,7 +3,10 @@
 //! Colours, lights and the background cost no acceleration structure and no file, transforms the top of the structure. All else is
 //! compiled again. Either way the scene has the bits of one that was compiled for the time alone.
 
-use std::collections::BTreeSet;
+use std::{
+    cell::LazyCell,
+    collections::{BTreeMap, BTreeSet},
+};
 
 use super::{
     Error,
@@ -73,6 +76,7 @@ impl Refresher {
         let own_lights = desc.lights.len() + usize::from(desc.background.sky.is_some());
         let mut is_alike = true;
         let mut painted = Vec::new();
+        let parts = LazyCell::new(|| objects_with_instances(scene));
         for change in changes {
             match *change {
                 Change::Material(at) => {
@@ -137,8 +141,10 @@ impl Refresher {
                     match desc.objects[at].part.is_empty() {
                         true => update.transforms.push((ObjectId(at as u32), transform)),
                         false => {
-                            let moved = objects_of(scene, ObjectId(at as u32));
-                            update.transforms.extend(moved.map(|object| (object, transform)));
+                            let moved = parts.get(&(at as u32)).into_iter().flatten();
+                            update
+                                .transforms
+                                .extend(moved.map(|object| (ObjectId(*object), transform)));
                         }
                     }
                 }
@@ -195,11 +201,14 @@ impl Refresher {
     }
 }
 
-/// The objects of the scene that an object of the description with parts is: those of it that have instances.
-fn objects_of(scene: &Scene, whole: ObjectId) -> impl Iterator<Item = ObjectId> {
-    let all = (0..scene.geometry.objects.len() as u32).map(ObjectId);
-    let is_there = |object: ObjectId| scene.geometry.instances.iter().any(|record| record.object == object);
-    all.filter(move |object| scene.whole_object(*object) == whole && is_there(*object))
+/// The objects of the scene that have instances, by the object of the description that they are or belong to.
+fn objects_with_instances(scene: &Scene) -> BTreeMap<u32, BTreeSet<u32>> {
+    let mut objects: BTreeMap<u32, BTreeSet<u32>> = BTreeMap::new();
+    for record in &scene.geometry.instances {
+        let whole = scene.whole_object(record.object);
+        objects.entry(whole.0).or_default().insert(record.object.0);
+    }
+    objects
 }
 
 /// Gives an object another material, if it has the same arrays with it.

@@ -92,14 +92,10 @@ impl SceneDesc {
 
     /// The names of the light groups, each once; the first has no name and holds the lights that are in no group.
     pub fn light_groups(&self) -> Vec<String> {
-        let lights = self.lights.iter().map(|light| &light.group);
-        let of_object = |object: &'_ ObjectDesc| -> Vec<Option<LightGroupName>> {
-            let parts = object.part.iter().map(|part| part.group.clone());
-            [object.group.clone()].into_iter().chain(parts).collect()
-        };
-        let objects: Vec<Option<LightGroupName>> = self.objects.iter().flat_map(of_object).collect();
+        let lights = self.lights.iter().filter_map(|light| light.group.as_ref());
+        let objects = self.objects.iter().flat_map(ObjectDesc::groups);
         let mut names = vec![String::new()];
-        for group in lights.chain(&objects).chain([&self.background.group]).flatten() {
+        for group in lights.chain(objects).chain(&self.background.group) {
             if names.iter().all(|name| name != group.as_str()) {
                 names.push(group.as_str().to_owned());
             }
@@ -420,6 +416,18 @@ fn yes() -> bool {
 }
 
 impl ObjectDesc {
+    /// All names with wildcards of nodes of its model: of those that are there, and of its parts.
+    pub fn node_patterns(&self) -> impl Iterator<Item = &Spanned<String>> {
+        let of_parts = self.part.iter().map(|part| &part.nodes);
+        self.nodes.iter().chain(of_parts).flatten()
+    }
+
+    /// The light groups that it and its parts name.
+    fn groups(&self) -> impl Iterator<Item = &LightGroupName> {
+        let of_parts = self.part.iter().filter_map(|part| part.group.as_ref());
+        self.group.iter().chain(of_parts)
+    }
+
     /// The object with the settings of one of its parts.
     pub fn with_part(&self, part: &ObjectPartDesc) -> Self {
         let (object, part) = (self.clone(), part.clone());
