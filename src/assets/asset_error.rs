@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::{
-    OverBudget, ies::IesError, image::ImageError, model_format::ModelError, model_formats,
+    OverBudget, ies::IesError, image::ImageError, model::ModelChoice, model_format::ModelError, model_formats,
     subdivision::SubdivisionProblem,
 };
 
@@ -36,8 +36,14 @@ pub enum AssetError {
     NoAnimations { path: PathBuf },
     #[error("broken light of a model: {cause}: {}", path.display())]
     Light { cause: String, path: PathBuf },
-    #[error("{cause}: {}", path.display())]
-    Subdivision { cause: SubdivisionProblem, path: PathBuf },
+    #[error("{}{cause}: {}", of_object(object.as_deref()), path.display())]
+    Subdivision {
+        cause: Box<SubdivisionProblem>,
+        path: PathBuf,
+        choice: Box<ModelChoice>,
+        /// The name of an object that asks for it, if one does.
+        object: Option<String>,
+    },
     #[error("{}: {}", path.display(), losses.join("; "))]
     Incomplete { losses: Vec<String>, path: PathBuf },
     #[error("{triangles} triangles are more than the {limit} that there can be: {}", path.display())]
@@ -82,4 +88,8 @@ impl AssetError {
             | Self::Memory { .. } => false,
         }
     }
+}
+
+fn of_object(name: Option<&str>) -> String {
+    name.map_or_else(String::new, |name| format!("object `{name}`: "))
 }

@@ -158,6 +158,6 @@ pub(super) fn model_of(placed: PlacedMesh) -> Result<Model, MeshError> {
         node: None,
         model_from_mesh: place,
     });
-    model.meshes.push(mesh);
+    model.meshes.push(mesh.into());
     Ok(model)
 }

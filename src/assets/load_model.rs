@@ -61,7 +61,12 @@ pub(super) fn load_model(request: &ModelRequest, files: &Files) -> Result<Model,
             format.joins_groups(),
             files.memory(),
         )
-        .map_err(|cause| AssetError::Subdivision { cause, path })?;
+        .map_err(|cause| AssetError::Subdivision {
+            cause: Box::new(cause),
+            path,
+            choice: Box::new(choice.clone()),
+            object: None,
+        })?;
     }
     if !format.has_choices() && !choice.edited.is_empty() {
         model.motion = Some(Arc::new(edited::motion(&model, &choice.edited)));

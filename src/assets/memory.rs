@@ -2,7 +2,7 @@
 
 use std::{
     fmt,
-    sync::{Mutex, PoisonError},
+    sync::{Condvar, Mutex, MutexGuard, PoisonError},
 };
 
 use crate::kind::named;
@@ -28,8 +28,18 @@ named! {
 pub struct MemoryBudget {
     /// In bytes.
     limit: u64,
+    used: Mutex<Used>,
+    /// Notified when a reservation ends.
+    ended: Condvar,
+}
+
+/// The memory that is in use.
+#[derive(Clone, Copy, Debug, Default)]
+struct Used {
     /// In bytes, by kind.
-    taken: Mutex<[u64; KINDS]>,
+    taken: [u64; KINDS],
+    /// The number of reservations, whose bytes are among those that are taken.
+    reservations: usize,
 }
 
 impl Default for MemoryBudget {
@@ -46,51 +56,107 @@ impl MemoryBudget {
     pub fn new(limit: Option<u64>) -> Self {
         Self {
             limit: limit.unwrap_or(u64::MAX),
-            taken: Mutex::default(),
+            used: Mutex::default(),
+            ended: Condvar::new(),
         }
+    }
+
+    fn used(&self) -> MutexGuard<'_, Used> {
+        self.used.lock().unwrap_or_else(PoisonError::into_inner)
     }
 
     /// The bytes that are taken, by kind.
     pub fn taken(&self) -> [(MemoryKind, u64); KINDS] {
-        let taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
+        let taken = self.used().taken;
         MemoryKind::ALL.map(|kind| (kind, taken[kind as usize]))
     }
 
-    /// Reserves `bytes` for the rest of the job.
+    /// Reserves `bytes` for the rest of the job. Waits where they fit once a reservation has ended.
     ///
     /// # Errors
     /// They exceed the budget.
     pub fn take(&self, kind: MemoryKind, bytes: u64) -> Result<(), OverBudget> {
-        let mut taken = self.taken.lock().unwrap_or_else(PoisonError::into_inner);
-        let sum = taken.iter().fold(bytes, |sum, of_kind| sum.saturating_add(*of_kind));
-        if sum > self.limit {
-            return Err(OverBudget {
-                kind,
-                bytes,
-                taken: *taken,
-                limit: self.limit,
-            });
+        self.wait_for(self.used(), kind, bytes).map(drop)
+    }
+
+    /// Reserves `bytes` for a short time. Waits where they fit once another reservation has ended, so that which thread comes first does
+    /// not decide whether they do. A thread that has a reservation takes no other memory and waits for no other thread.
+    ///
+    /// # Errors
+    /// They exceed the budget.
+    pub fn reserve(&self, kind: MemoryKind, bytes: u64) -> Result<Reservation<'_>, OverBudget> {
+        self.wait_for(self.used(), kind, bytes)?.reservations += 1;
+        Ok(Reservation {
+            budget: self,
+            kind,
+            bytes,
+        })
+    }
+
+    /// Takes `bytes` as soon as they fit, if no more than the end of reservations is needed for that.
+    fn wait_for<'a>(
+        &self,
+        mut used: MutexGuard<'a, Used>,
+        kind: MemoryKind,
+        bytes: u64,
+    ) -> Result<MutexGuard<'a, Used>, OverBudget> {
+        loop {
+            match used.take(kind, bytes, self.limit) {
+                Err(_) if used.reservations > 0 => {
+                    used = self.ended.wait(used).unwrap_or_else(PoisonError::into_inner);
+                }
+                taken => return taken.map(|()| used),
+            }
         }
-        taken[kind as usize] += bytes;
-        Ok(())
     }
 
     /// Gives back all memory of a kind.
     pub fn release(&self, kind: MemoryKind) {
-        self.taken.lock().unwrap_or_else(PoisonError::into_inner)[kind as usize] = 0;
+        self.used().taken[kind as usize] = 0;
     }
 
-    /// Checks whether `bytes` fit, for memory that is needed for a short time only.
+    /// Checks whether `bytes` fit, for memory that is needed for a short time only. Waits as [`MemoryBudget::take`] does.
     ///
     /// # Errors
     /// They exceed the budget.
     pub fn check(&self, kind: MemoryKind, bytes: u64) -> Result<(), OverBudget> {
-        let taken = *self.taken.lock().unwrap_or_else(PoisonError::into_inner);
-        let all = Self {
-            limit: self.limit,
-            taken: Mutex::new(taken),
-        };
-        all.take(kind, bytes)
+        let mut used = self.wait_for(self.used(), kind, bytes)?;
+        used.taken[kind as usize] -= bytes;
+        Ok(())
+    }
+}
+
+impl Used {
+    fn take(&mut self, kind: MemoryKind, bytes: u64, limit: u64) -> Result<(), OverBudget> {
+        let taken = self.taken;
+        let sum = taken.iter().fold(bytes, |sum, of_kind| sum.saturating_add(*of_kind));
+        if sum > limit {
+            return Err(OverBudget {
+                kind,
+                bytes,
+                taken,
+                limit,
+            });
+        }
+        self.taken[kind as usize] += bytes;
+        Ok(())
+    }
+}
+
+/// Memory that is reserved for a short time: until this is dropped.
+#[derive(Debug)]
+pub struct Reservation<'a> {
+    budget: &'a MemoryBudget,
+    kind: MemoryKind,
+    bytes: u64,
+}
+
+impl Drop for Reservation<'_> {
+    fn drop(&mut self) {
+        let mut used = self.budget.used();
+        used.taken[self.kind as usize] = used.taken[self.kind as usize].saturating_sub(self.bytes);
+        used.reservations -= 1;
+        self.budget.ended.notify_all();
     }
 }
 
@@ -125,6 +191,8 @@ fn mebibytes(bytes: u64) -> String {
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Barrier;
+
     use super::*;
 
     #[test]
@@ -149,5 +217,28 @@ mod tests {
         MemoryBudget::default()
             .take(MemoryKind::Frames, u64::MAX)
             .expect("no limit");
+    }
+
+    #[test]
+    fn reservations_of_several_threads_never_exceed_the_limit_and_all_get_theirs() {
+        let budget = MemoryBudget::new(Some(10 << 20));
+        let alone = Mutex::new(());
+        let threads = Barrier::new(4);
+        std::thread::scope(|scope| {
+            for _ in 0..4 {
+                scope.spawn(|| {
+                    threads.wait();
+                    for _ in 0..50 {
+                        let reserved = budget.reserve(MemoryKind::Models, 6 << 20).expect("it fits alone");
+                        drop(alone.try_lock().expect("two of them do not fit"));
+                        drop(reserved);
+                    }
+                    budget.take(MemoryKind::Models, 1 << 20).expect("it fits afterwards");
+                });
+            }
+        });
+        assert_eq!(budget.used().taken[MemoryKind::Models as usize], 4 << 20);
+        let refused = budget.reserve(MemoryKind::Models, 7 << 20).expect_err("too much");
+        assert_eq!((refused.bytes, budget.used().reservations), (7 << 20, 0));
     }
 }

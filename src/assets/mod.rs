@@ -1,4 +1,4 @@
-//! Asset files: models, images and camera paths, read and validated.
+//! Asset files: models, images, IES files and camera paths, read and validated. Meshes are subdivided and displaced here.
 
 mod asset_error;
 mod bare;

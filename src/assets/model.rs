@@ -66,9 +66,9 @@ pub enum FaceUse {
 impl ModelChoice {
     /// The faces that it needs.
     pub fn face_use(&self) -> FaceUse {
-        match self.subdivision {
-            Some(_) => FaceUse::Polygons,
-            None => FaceUse::Triangles,
+        match &self.subdivision {
+            Some(how) if how.reads_polygons() => FaceUse::Polygons,
+            _ => FaceUse::Triangles,
         }
     }
 }
@@ -76,8 +76,8 @@ impl ModelChoice {
 /// A model, in its own space: right-handed, +y up, metres.
 #[derive(Clone, Debug, Default)]
 pub struct Model {
-    /// Valid meshes with at least one triangle.
-    pub meshes: Vec<Mesh>,
+    /// Valid meshes with at least one triangle. Models in other poses and of other selections of nodes share them.
+    pub meshes: Vec<Arc<Mesh>>,
     pub instances: Vec<MeshInstance>,
     pub points: Option<PointCloud>,
     /// The file's hierarchy; empty if the format has none.
@@ -142,7 +142,7 @@ impl Model {
     pub fn bytes(&self) -> u64 {
         let points = self.points.as_ref().map_or(0, PointCloud::bytes);
         let motion = self.motion.as_ref().map_or(0, |motion| motion.bytes());
-        self.meshes.iter().map(Mesh::bytes).sum::<u64>() + points + motion
+        self.meshes.iter().map(|mesh| mesh.bytes()).sum::<u64>() + points + motion
     }
 }
 
@@ -355,7 +355,7 @@ impl Model {
             model.instances[part].model_from_mesh = model_from_mesh;
         }
         for (mesh, shape) in pose.meshes {
-            shape.apply(&mut model.meshes[mesh]);
+            shape.apply(Arc::make_mut(&mut model.meshes[mesh]));
         }
         for (material, surface) in pose.materials {
             model.materials[material].surface = surface;

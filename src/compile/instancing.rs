@@ -195,10 +195,13 @@ mod tests {
 
     /// A model of parts: mesh, material and position. Mesh `i` has `i` thousand triangles.
     fn model(parts: &[(usize, usize, f64)]) -> Model {
-        let mesh = |i: usize| Mesh {
-            positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
-            triangles: vec![[0, 1, 2]; 1000 * i],
-            ..Mesh::default()
+        let mesh = |i: usize| {
+            let mesh = Mesh {
+                positions: vec![Vec3::ZERO, Vec3::X, Vec3::Y],
+                triangles: vec![[0, 1, 2]; 1000 * i],
+                ..Mesh::default()
+            };
+            mesh.into()
         };
         Model {
             meshes: (0..4).map(mesh).collect(),

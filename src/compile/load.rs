@@ -8,6 +8,7 @@ use super::{
     materials::warn_of_gain,
     models,
     motion::{Movables, SceneMotion},
+    objects,
     options::LoadOptions,
     origin::SceneOrigin,
     placed::{self, LoadedModels, PlacedModel},
@@ -72,7 +73,10 @@ pub(super) fn around_models(
     let mut compiled = Compiled::around(first, desc, options)?;
     let requests: Vec<ModelRequest> = compiled.placed.iter().map(PlacedModel::request).collect();
     store.keep_models(&requests);
-    let loaded = store.models(&requests);
+    let loaded = store.models(&requests).map_err(|mut errors| {
+        objects::name_in(&mut errors, desc, &compiled.placed);
+        errors
+    });
     if let Ok(models) = &loaded {
         let unknown = placed::unknown_parts(desc, &compiled.placed, models);
         if let Some(diagnostics) = Diagnostics::new(&desc.source, unknown) {

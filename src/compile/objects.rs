@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     assets::{
-        Store,
+        AssetError, Store,
         model::{AnimationChoice, ModelChoice},
         motion::ModelEdits,
     },
@@ -288,6 +288,21 @@ pub(super) fn world_from_object(object: &ObjectDesc) -> Result<DAffine3, Problem
     match &object.transform {
         Some(given) => given.get_ref().compile(given.span()),
         None => Ok(DAffine3::IDENTITY),
+    }
+}
+
+/// Tells errors of subdivision the names of the objects that ask for it: of each the first one.
+pub(super) fn name_in(errors: &mut [AssetError], desc: &SceneDesc, placed: &[PlacedModel]) {
+    for error in errors {
+        if let AssetError::Subdivision {
+            path, choice, object, ..
+        } = error
+        {
+            let asks = placed
+                .iter()
+                .find(|placed| placed.file == *path && placed.choice == **choice);
+            *object = asks.map(|placed| name_of(&desc.objects[placed.described], placed.described));
+        }
     }
 }
 

@@ -219,7 +219,7 @@ fn read(bytes: &[u8], path: &Path, choice: &ModelChoice, files: &Files) -> Resul
     for (number, (_, place)) in model.named_materials.iter_mut().flatten().enumerate() {
         *place = materials.place_of(number);
     }
-    model.meshes = meshes.meshes;
+    model.meshes = meshes.meshes.into_iter().map(Arc::new).collect();
     model.faults.extend(meshes.repairs.faults());
     model.faults.extend(lint::faults(&document, &materials.used_images()));
     if document

@@ -258,7 +258,7 @@ fn assemble(
             node: run.node,
             model_from_mesh,
         });
-        model.meshes.push(mesh);
+        model.meshes.push(mesh.into());
     }
     Ok(model)
 }

@@ -44,6 +44,8 @@ pub enum SubdivisionProblem {
     Points,
     #[error("a displacement by a texture needs texture coordinates, which a mesh has not")]
     NoUvs,
+    #[error("its displacement moves a vertex to a position that is not finite")]
+    NotFinite,
 }
 
 /// Meshes that are one surface, by their indices.
@@ -52,6 +54,21 @@ struct Group {
     scheme: Scheme,
     /// The triangles of the last level.
     triangles: u64,
+    /// The first part of the model that uses the meshes.
+    part: usize,
+}
+
+impl Group {
+    /// The most bytes of memory that are needed while it is subdivided.
+    fn working_bytes(&self, model: &Model, uses: &[Option<usize>]) -> u64 {
+        // Tangents are made when the surface is gone.
+        let has_tangents = (self.meshes.iter()).any(|mesh| tangent_set(model, *mesh, uses[*mesh]).is_some());
+        let bytes = match has_tangents {
+            true => WORKING_BYTES.max(tangents::TRIANGLE_MEMORY),
+            false => WORKING_BYTES,
+        };
+        self.triangles * bytes
+    }
 }
 
 /// Subdivides the meshes of a model. Those that a node has in common are one surface and do not tear at the borders of materials;
@@ -73,10 +90,12 @@ pub fn subdivide(
         return Err(SubdivisionProblem::Deforms);
     }
     let reads_uvs = displacement.is_some_and(LoadedDisplacement::reads_uvs);
-    if reads_uvs && model.meshes.iter().any(|mesh| mesh.uvs.is_empty()) {
+    let uses = uses(model);
+    let mut used = model.meshes.iter().zip(&uses).filter(|(_, part)| part.is_some());
+    if reads_uvs && used.any(|(mesh, _)| mesh.uvs.is_empty()) {
         return Err(SubdivisionProblem::NoUvs);
     }
-    let groups = groups(model, how, joins_groups);
+    let groups = groups(model, how, joins_groups, &uses);
     let (levels, triangles) = (
         how.levels,
         groups.iter().map(|group| group.triangles).fold(0, u64::saturating_add),
@@ -84,25 +103,27 @@ pub fn subdivide(
     if triangles > MAX_TRIANGLES {
         return Err(SubdivisionProblem::TooMany { levels, triangles });
     }
-    let largest = groups.iter().map(|group| group.triangles).max().unwrap_or(0);
-    memory
-        .check(MemoryKind::Models, largest * WORKING_BYTES + triangles * MESH_BYTES)
+    let largest = groups.iter().map(|group| group.working_bytes(model, &uses)).max();
+    let _reserved = memory
+        .reserve(MemoryKind::Models, largest.unwrap_or(0) + triangles * MESH_BYTES)
         .map_err(|cause| SubdivisionProblem::Memory {
             levels,
             triangles,
             cause,
         })?;
     for group in groups {
-        let meshes: Vec<&Mesh> = group.meshes.iter().map(|mesh| &model.meshes[*mesh]).collect();
-        let used = model.instances.iter().find(|part| part.mesh == group.meshes[0]);
-        let place = used.map_or(DAffine3::IDENTITY, |part| part.model_from_mesh);
+        let meshes: Vec<&Mesh> = group.meshes.iter().map(|mesh| &*model.meshes[*mesh]).collect();
+        let place = model.instances[group.part].model_from_mesh;
         let fine = refined(&meshes, group.scheme, how, displacement.map(|given| (given, place)));
+        if displacement.is_some() && !fine.iter().flat_map(|mesh| &mesh.positions).all(|p| p.is_finite()) {
+            return Err(SubdivisionProblem::NotFinite);
+        }
         for (number, mut mesh) in group.meshes.into_iter().zip(fine) {
-            if let Some(set) = tangent_set(model, number) {
+            if let Some(set) = tangent_set(model, number, uses[number]) {
                 tangents::add(&mut mesh, set);
             }
             if !mesh.triangles.is_empty() {
-                model.meshes[number] = mesh;
+                model.meshes[number] = mesh.into();
             }
         }
     }
@@ -154,8 +175,17 @@ fn refined(
     surface.meshes(meshes.iter().copied())
 }
 
-/// The surfaces of a model.
-fn groups(model: &Model, how: &Subdivision, joins_groups: bool) -> Vec<Group> {
+/// The first part of a model that uses each of its meshes.
+fn uses(model: &Model) -> Vec<Option<usize>> {
+    let mut uses = vec![None; model.meshes.len()];
+    for (number, part) in model.instances.iter().enumerate() {
+        uses[part.mesh].get_or_insert(number);
+    }
+    uses
+}
+
+/// The surfaces of a model. Meshes that no part uses are in none.
+fn groups(model: &Model, how: &Subdivision, joins_groups: bool, uses: &[Option<usize>]) -> Vec<Group> {
     type Place = (Option<usize>, [u64; 12]);
     let mut places: Vec<Vec<Place>> = vec![Vec::new(); model.meshes.len()];
     for part in &model.instances {
@@ -168,14 +198,18 @@ fn groups(model: &Model, how: &Subdivision, joins_groups: bool) -> Vec<Group> {
     let mut groups: Vec<Group> = Vec::new();
     let mut known: HashMap<&[Place], usize> = HashMap::new();
     for (number, own) in places.iter().enumerate() {
+        let Some(part) = uses[number] else {
+            continue;
+        };
         match known.get(own.as_slice()) {
-            Some(&at) if !own.is_empty() => groups[at].meshes.push(number),
-            _ => {
+            Some(&at) => groups[at].meshes.push(number),
+            None => {
                 known.insert(own, groups.len());
                 groups.push(Group {
                     meshes: vec![number],
                     scheme: Scheme::Loop,
                     triangles: 0,
+                    part,
                 });
             }
         }
@@ -225,15 +259,12 @@ fn bits(transform: &DAffine3) -> [u64; 12] {
     transform.to_cols_array().map(f64::to_bits)
 }
 
-/// The texture coordinates that the tangents of a mesh follow; `None` if its materials need none.
-fn tangent_set(model: &Model, mesh: usize) -> Option<UvSet> {
-    let used = model.instances.iter().find(|part| part.mesh == mesh)?;
-    let surface = &model.materials[used.material].surface;
-    let coat = surface.clearcoat_normal.map(|normals| normals.color);
-    let source = surface.normal.or(coat).or(surface.anisotropy_direction);
-    match source {
+/// The texture coordinates that the tangents of a mesh follow, of which this part is the first use; `None` if its material needs none.
+fn tangent_set(model: &Model, mesh: usize, part: Option<usize>) -> Option<UvSet> {
+    let surface = &model.materials[model.instances[part?].material].surface;
+    match surface.maps().next() {
         Some(Color::Texture(TextureId(id)) | Color::Tinted(TextureId(id), _)) => {
-            Some(model.textures.get(id as usize)?.uv_set)
+            Some(model.textures.get(*id as usize)?.uv_set)
         }
         _ => (!model.meshes[mesh].tangents.is_empty()).then_some(UvSet::First),
     }

@@ -77,7 +77,7 @@ impl Principled {
     }
 
     /// The maps of normals and directions.
-    pub(super) fn maps(&self) -> impl Iterator<Item = &Color> {
+    pub fn maps(&self) -> impl Iterator<Item = &Color> {
         let coat = self.clearcoat_normal.as_ref().map(|map| &map.color);
         let maps = [self.normal.as_ref(), coat, self.anisotropy_direction.as_ref()];
         maps.into_iter().flatten()

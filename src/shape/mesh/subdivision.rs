@@ -89,4 +89,9 @@ impl Subdivision {
             crease_sharpness: Bits::new(f32::INFINITY),
         }
     }
+
+    /// Whether it needs faces of any number of corners, not their triangles alone.
+    pub fn reads_polygons(&self) -> bool {
+        self.levels > 0 && self.scheme != Some(Scheme::Loop)
+    }
 }

@@ -170,3 +170,15 @@ fn triangles_of_the_file_are_displaced_without_subdivision_and_need_texture_coor
         assert_eq!(p.y, (4.0 * p.x) % 2.0, "{p}");
     }
 }
+
+#[test]
+fn positions_beyond_single_precision_are_refused() {
+    let heights = || Heights::Constant(Bits::new(1e38));
+    let refused = displaced(&square(), &linear(1), &by(heights(), 10.0, 0.0)).expect_err("too far");
+    assert_eq!(
+        refused,
+        "its displacement moves a vertex to a position that is not finite"
+    );
+    let model = displaced(&square(), &linear(1), &by(heights(), 2.0, 0.0)).expect("displaced");
+    assert!(model.meshes[0].positions.iter().all(|p| p.y == 2e38));
+}

@@ -1,16 +1,17 @@
 //! Subdivision of models of all formats.
 
-use std::path::Path;
+use std::{path::Path, sync::Arc};
 
-use super::super::subdivide;
+use super::super::{SubdivisionProblem, subdivide};
 use crate::{
     assets::{
         Files, MemoryBudget,
-        model::{FaceUse, Model, Subdivision},
+        model::{FaceUse, Model, ModelTexture, Subdivision},
         obj,
     },
     math::Vec3,
     shape::mesh::Scheme,
+    texture::{Color, TextureId},
 };
 
 /// A cube from -1 to 1 of six squares in two groups with a material each, and a lone triangle of another object.
@@ -138,4 +139,26 @@ fn memory_and_the_most_triangles_are_checked_before_they_are_taken() {
         refused(12, u64::MAX),
         "`subdivide = 12` makes 201326592 triangles of it, more than the 134217728 that there can be"
     );
+}
+
+#[test]
+fn tangents_need_more_memory_than_a_mesh_without_them() {
+    let how = Subdivision::of_levels(3);
+    // 768 triangles in a group of two meshes, of 180 and 56 bytes, or of 300 and 56.
+    let budget = MemoryBudget::new(Some(768 * 300));
+    let mut mapped = model(CUBE);
+    for mesh in mapped.meshes.iter_mut().map(Arc::make_mut) {
+        mesh.uvs = mesh.positions.iter().map(|p| p.truncate()).collect();
+    }
+    subdivide(&mut mapped.clone(), &how, None, true, &budget).expect("memory enough");
+    mapped.textures.push(ModelTexture::of_image(0));
+    mapped.materials[1].surface.normal = Some(Color::Texture(TextureId(0)));
+    let refused = subdivide(&mut mapped.clone(), &how, None, true, &budget).expect_err("too much");
+    assert!(
+        matches!(refused, SubdivisionProblem::Memory { triangles: 768, .. }),
+        "{refused}"
+    );
+    let budget = MemoryBudget::new(Some(768 * 356));
+    subdivide(&mut mapped, &how, None, true, &budget).expect("memory enough");
+    assert!(!mapped.meshes[1].tangents.is_empty() && mapped.meshes[0].tangents.is_empty());
 }
