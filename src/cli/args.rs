@@ -23,7 +23,7 @@ use super::{
     values::{crop, duration, light_units, radius, size},
 };
 
-/// Renders a scene along a camera path into EXR and PNG sequences.
+/// Renders a scene along a camera path into EXR, PNG and NPZ sequences.
 #[derive(Debug, Parser)]
 #[command(
     name = "batch-render",
@@ -65,7 +65,7 @@ pub enum Command {
     Bench(BenchArgs),
     /// Join crops of one frame into the file of the whole frame
     Merge {
-        /// The file to write, .exr or .png
+        /// The file to write, .exr, .npz or .png
         out: PathBuf,
 
         /// Crops of one frame, which cover each of its pixels once

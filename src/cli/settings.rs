@@ -39,6 +39,10 @@ struct Flags {
     #[arg(id = "output.png_bits", long = "png-bits", value_name = "BITS", hide_short_help = true, help_heading = OUTPUT)]
     png_bits: Option<String>,
 
+    /// Compression of NPZ files: none (arrays may be mapped) or deflate
+    #[arg(id = "output.npz_compression", long = "npz-compression", value_name = "NAME", hide_short_help = true, help_heading = OUTPUT)]
+    npz_compression: Option<String>,
+
     /// Samples per pixel; with --noise-threshold the most
     #[arg(id = "render.samples", long = "samples", visible_alias = "max-samples", value_name = "N", help_heading = PICTURE)]
     samples: Option<String>,
@@ -71,7 +75,7 @@ struct Flags {
     #[arg(id = "render.integrator", long = "integrator", value_name = "NAME", help_heading = PICTURE)]
     integrator: Option<String>,
 
-    /// Passes of EXR files beside the beauty: depth,N,denoise or all
+    /// Passes of EXR and NPZ files beside the beauty: depth,N,denoise or all
     #[arg(id = "output.aovs", long = "aovs", value_name = "LIST", value_delimiter = ',', conflicts_with = "output.show", help_heading = PICTURE)]
     aovs: Vec<String>,
 

@@ -7,7 +7,7 @@ use crate::{
     filter::FilterDesc,
     integrator::IntegratorDesc,
     math::WorkingSpace,
-    output::{Compression, DisplayTransform, LightType, PngBits},
+    output::{Compression, DisplayTransform, LightType, NpzCompression, PngBits},
     sampler::{SamplerDesc, SeedMode},
     value::{Count, Exposure, Problem, Spanned, is_override, kind_or_name},
 };
@@ -141,12 +141,14 @@ fn some_files<'de, D: Deserializer<'de>>(d: D) -> Result<Option<OneOrMany>, D::E
 /// | `exposure` | exposure of PNG files, in stops, or `"auto"`, see below | 0 |
 /// | `compression` | compression of EXR files, see below | `"zips"` |
 /// | `png_bits` | bits of PNG files: `"8"`, `"8-dithered"` (smooth shades have noise instead of steps) or `"16"` | `"8"` |
+/// | `npz_compression` | compression of NPZ files: `"none"` (arrays may be mapped) or `"deflate"` | `"none"` |
 /// | `exr_type` | numbers of light and normals in EXR files: `"half"` or `"float"` | `"half"` |
 /// | `multipart` | whether each layer is a part of its own of an EXR file: `true` or `false` | `false` |
 /// | `tiled` | whether EXR files have tiles of 64x64 pixels instead of lines: `true` or `false` | `false` |
 ///
 /// In a file pattern `####` is the frame number with four digits; `%04d` and `$F4` mean the same. The ending selects the
-/// format. An EXR file holds scene-linear light with the primaries of Rec. 709, a PNG file display values.
+/// format. An EXR file holds scene-linear light with the primaries of Rec. 709, a PNG file display values. An NPZ file holds the
+/// numbers of EXR files as arrays of NumPy, see [NPZ files](../interface.md#output).
 ///
 /// | view | display values |
 /// |---|---|
@@ -170,7 +172,7 @@ fn some_files<'de, D: Deserializer<'de>>(d: D) -> Result<Option<OneOrMany>, D::E
 /// | `"rle"`, `"none"` | runs of equal bytes, and nothing |
 /// | `"dwaa"` | lossy, for pictures alone: refused in files with passes of data |
 ///
-/// An EXR file holds the passes of `aovs` beside the picture. With `show` all files hold that pass alone; a pass of data is
+/// An EXR or NPZ file holds the passes of `aovs` beside the picture. With `show` all files hold that pass alone; a pass of data is
 /// rendered with one ray through the centre of each pixel and of the lens, and a PNG file shows it in a way of its own, see
 /// [the list of passes](passes.md).
 ///
@@ -195,6 +197,7 @@ pub struct OutputDesc {
     pub multipart: bool,
     pub tiled: bool,
     pub png_bits: PngBits,
+    pub npz_compression: NpzCompression,
 }
 
 /// The numbers that `cryptomatte_levels` may be.

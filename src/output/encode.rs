@@ -23,6 +23,9 @@ pub struct Encoding {
     pub parts: Parts,
     pub blocks: BlockShape,
     pub png: PngBits,
+    /// Not part of the fingerprint of files that are not compressed.
+    #[serde(skip_serializing_if = "NpzCompression::is_default")]
+    pub npz: NpzCompression,
     /// Not part of the fingerprint of files in millimetres.
     #[serde(skip_serializing_if = "DepthUnit::is_default")]
     pub depth: DepthUnit,
@@ -60,6 +63,23 @@ named! {
         Millimetre = "mm",
         Centimetre = "cm",
         Metre = "m",
+    }
+}
+
+named! {
+    /// A compression method of NPZ files. Both are lossless.
+    #[derive(Default)]
+    pub enum NpzCompression: "compression" {
+        /// Arrays are stored as they are in memory, which programs may map.
+        #[default]
+        None = "none",
+        Deflate = "deflate",
+    }
+}
+
+impl NpzCompression {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
     }
 }
 
@@ -121,6 +141,12 @@ pub trait Format: Debug + Sync {
 
     /// Writes `image` to `out`. The same image and encoding give the same bytes.
     fn encode(&self, image: &FrameImage, encoding: Encoding, out: &mut dyn Write) -> Result<WriteReport, EncodeError>;
+
+    /// Whether files of this encoding do not keep the numbers of passes of data.
+    fn loses_data(&self, encoding: Encoding) -> bool {
+        let _ = encoding;
+        false
+    }
 
     /// Returns the facts in the header of the file at `path`, whatever its pixels; `None` if it cannot be read, is of another
     /// format or cut off.

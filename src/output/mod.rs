@@ -12,9 +12,11 @@ mod error;
 pub mod exr;
 mod facts;
 mod frame;
+mod frame_attributes;
 pub mod job_file;
 mod join;
 mod metadata;
+pub mod npz;
 pub mod png;
 mod seal;
 pub mod sequence;
@@ -28,7 +30,8 @@ pub use attribute::{Attribute, Value};
 pub use camera_attributes::camera_attributes;
 pub use display::{DisplayTransform, PixelDisplay};
 pub use encode::{
-    BlockShape, Contents, DepthUnit, EncodeError, Encoding, Format, LightType, Parts, PngBits, WriteReport,
+    BlockShape, Contents, DepthUnit, EncodeError, Encoding, Format, LightType, NpzCompression, Parts, PngBits,
+    WriteReport,
 };
 pub use error::OutputError;
 pub use exr::{Compression, Exr, ExrFile, FilePart, FilePlane, Numbers};
@@ -40,7 +43,16 @@ pub use seal::NAME as SEAL;
 pub use sequence::{FilePattern, FilePatternError};
 
 /// Every format.
-pub const FORMATS: &[&dyn Format] = &[&exr::Exr, &png::Png];
+pub const FORMATS: &[&dyn Format] = &[&exr::Exr, &npz::Npz, &png::Png];
+
+/// The endings of all formats, for messages: `.exr, .npz or .png`.
+pub fn endings() -> String {
+    let endings = FORMATS.iter().map(|format| format!(".{}", format.name()));
+    let [others @ .., last] = &endings.collect::<Vec<_>>()[..] else {
+        return String::new();
+    };
+    format!("{} or {last}", others.join(", "))
+}
 
 /// The format of this name, in any case.
 pub fn format(name: &str) -> Option<&'static dyn Format> {

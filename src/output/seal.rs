@@ -22,11 +22,19 @@ pub const PLACEHOLDER: &str = "00000000000000000000000000000000";
 
 const DIGITS: usize = PLACEHOLDER.len();
 
+/// The type of the attribute in an EXR file, and the number of the digits.
+const TYPE_AND_LENGTH: &[u8] = b"\0string\0\x20\0\0\0";
+
 /// The attribute lies within the first bytes of a file.
 const HEAD: usize = 1 << 16;
 
 /// The bytes that are read at once.
 const CHUNK: usize = 1 << 20;
+
+/// The bytes of the attribute as EXR files hold it, for formats without attributes.
+pub(super) fn attribute() -> Vec<u8> {
+    [NAME.as_bytes(), TYPE_AND_LENGTH, PLACEHOLDER.as_bytes()].concat()
+}
 
 /// The place of a seal.
 struct Place {
@@ -43,8 +51,7 @@ impl Place {
         if is_png {
             before.push(0);
         } else {
-            before.extend(b"\0string\0");
-            before.extend((DIGITS as u32).to_le_bytes());
+            before.extend(TYPE_AND_LENGTH);
         }
         let at = head.windows(before.len()).position(|bytes| bytes == before)?;
         let digits = at + before.len()..at + before.len() + DIGITS;

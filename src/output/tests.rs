@@ -69,7 +69,9 @@ fn every_format_writes_the_same_whole_file_twice() {
         assert_eq!(report, write(&b, format, &frame, Encoding::default()).unwrap());
         assert_eq!(std::fs::read(&a).unwrap(), std::fs::read(&b).unwrap());
         assert_eq!(std::fs::metadata(&a).unwrap().len(), report.bytes);
-        assert!(report.nans == 6 && format.inspect(&a).is_some());
+        // Arrays keep what is no number.
+        let nans = if format.name() == "npz" { 0 } else { 6 };
+        assert!(report.nans == nans && format.inspect(&a).is_some());
         assert!(format.inspect(&home.path().join("absent")).is_none());
     }
 }

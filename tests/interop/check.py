@@ -4,6 +4,7 @@ import json
 import pathlib
 import subprocess
 import sys
+import zipfile
 
 import cryptomatte_api
 import numpy
@@ -98,6 +99,38 @@ straight["oiio:UnassociatedAlpha"] = 1
 sixteen = oiio.ImageInput.open(str(folder / "sixteen.png"), straight).read_image("uint16")
 eight = oiio.ImageInput.open(str(folder / "srgb.png"), straight).read_image("uint8")
 check(abs(sixteen / 257.0 - eight).max() < 0.51, "8 and 16 bits of a picture")
+
+channels = OpenEXR.File(str(folder / "arrays.exr"), separate_channels=True).channels()
+stored, deflated = (numpy.load(folder / f"{name}.npz") for name in ["stored", "deflated"])
+check(stored.files == deflated.files, "the names of the arrays")
+metadata = json.loads(stored["metadata"].item())
+check(metadata["resolution"] == [96, 54], "the resolution in the metadata")
+exr_names = {"rgba": ["R", "G", "B", "A"]}
+ORDER = "RXUuAGYVvBZz"
+for name in stored.files:
+    check(name == "metadata" or numpy.array_equal(stored[name], deflated[name], equal_nan=True), f"deflated {name}")
+    array = stored[name].reshape(*stored[name].shape[:2], -1) if stored[name].ndim else None
+    of_exr = exr_names.get(name) or [channel for channel in channels if channel.rpartition(".")[0] == name]
+    of_exr = of_exr if name in exr_names else sorted(of_exr, key=lambda channel: ORDER.index(channel[-1]))
+    if name != "metadata" and not name.startswith("Crypto"):
+        check(len(of_exr) == array.shape[2], f"{name} has the channels of the EXR file")
+        pairs = [(array[:, :, i], channels[channel].pixels) for i, channel in enumerate(of_exr)]
+        check(all(a.dtype == b.dtype and numpy.array_equal(a, b) for a, b in pairs), f"{name} as in the EXR file")
+    check(name == "metadata" or stored[name].dtype in ["float32", "uint32"], f"the type of {name}")
+ids, coverage = stored["CryptoObject"], stored["CryptoObject_coverage"]
+for name, value in metadata["mattes"]["CryptoObject"].items():
+    check(coverage[ids == value].sum() > 0.5, f"the matte of {name} in the arrays")
+with zipfile.ZipFile(folder / "stored.npz") as archive:
+    check(archive.testzip() is None, "the checksums of the archive")
+    place = archive.getinfo("depth.npy")
+with open(folder / "stored.npz", "rb") as file:
+    file.seek(place.header_offset + 26)
+    name_length, field_length = (int.from_bytes(file.read(2), "little") for _ in range(2))
+    file.seek(place.header_offset + 30 + name_length + field_length)
+    numpy.lib.format.read_magic(file)
+    shape, order, dtype = numpy.lib.format.read_array_header_1_0(file)
+    mapped = numpy.memmap(file, dtype, "r", file.tell(), shape)
+check(mapped.ctypes.data % 64 == 0 and numpy.array_equal(mapped, stored["depth"]), "the depth, mapped")
 
 print(f"{len(list(folder.glob('*.exr')))} EXR files, {len(problems)} problems")
 sys.exit(bool(problems))

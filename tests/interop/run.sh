@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Renders files of every kind and checks them with tools that nobody here wrote: OpenImageIO, OpenEXR and cryptomatte-api, in a
-# virtual environment of their own. Usage: tests/interop/run.sh [PROGRAM]. Where pip reaches no packages it says so, and is no error.
+# Renders files of every kind and checks them with tools that nobody here wrote: OpenImageIO, OpenEXR, NumPy and cryptomatte-api, in
+# a virtual environment of their own. Usage: tests/interop/run.sh [PROGRAM]. Where pip reaches no packages it says so, and is no error.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
@@ -34,6 +34,8 @@ render crop --crop 11,7,60,40
 render overscan --overscan 9
 render one-level --cryptomatte-levels 2
 "$program" tests/interop/names.toml --progress none -o "$out/names.exr"
+render arrays --exr-type float -o "$out/stored.npz"
+render deflated -o "$out/deflated.npz" --npz-compression deflate
 render shown --show depth -o "$out/shown.png"
 render pictures --png-depth="$out/depth.####.png" --png-bits 16 -o "$out/sixteen.png"
 for view in raw srgb reinhard aces agx neutral; do

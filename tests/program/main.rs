@@ -43,6 +43,7 @@ mod model_lights;
 mod model_values;
 mod motion;
 mod normals;
+mod npz;
 mod outputs;
 mod parts;
 mod path;

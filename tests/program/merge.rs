@@ -7,13 +7,13 @@ use crate::common::{Folder, SMALL_SCENE};
 /// Three crops of a picture of 70 x 50 pixels.
 const CROPS: [&str; 3] = ["0,0,33,50", "33,0,70,17", "33,17,70,50"];
 
-/// Renders one frame whole to `whole.exr` and `whole.png`, and its crops to `crop0.exr` and so on.
+/// Renders one frame whole to `whole.exr`, `whole.png` and `whole.npz`, and its crops to `crop0.exr` and so on.
 fn rendered(more: &[&str]) -> Folder {
     let folder = Folder::new();
     folder.write("s.toml", SMALL_SCENE);
     let render = |name: &str, own: &[&str]| {
-        let (exr, png) = (format!("{name}.exr"), format!("{name}.png"));
-        let job = ["s.toml", "-o", &exr, "-o", &png, "--samples", "2"];
+        let [exr, png, npz] = ["exr", "png", "npz"].map(|format| format!("{name}.{format}"));
+        let job = ["s.toml", "-o", &exr, "-o", &png, "-o", &npz, "--samples", "2"];
         folder.succeed(&[&job[..], own, more].concat());
     };
     render("whole", &[]);
@@ -37,12 +37,19 @@ fn crops_become_the_file_of_the_whole_frame_byte_for_byte() {
             "--exr-type",
             "float",
         ],
-        &["--compression", "piz", "--png-bits", "16"],
+        &[
+            "--compression",
+            "piz",
+            "--png-bits",
+            "16",
+            "--npz-compression",
+            "deflate",
+        ],
         &["--compression", "rle", "--png-bits", "8-dithered"],
         &["--compression", "none", "--show", "depth"],
     ] {
         let folder = rendered(more);
-        for format in ["exr", "png"] {
+        for format in ["exr", "png", "npz"] {
             let crops = [2, 0, 1].map(|i| format!("crop{i}.{format}"));
             let out = format!("merged.{format}");
             let said = folder.succeed(&["merge", &out, &crops[0], &crops[1], &crops[2]]);
@@ -146,7 +153,7 @@ fn crops_that_do_not_make_the_frame_are_refused_by_name() {
         (
             2,
             &["m.tif", "crop0.exr"],
-            "the name of the merged file ends in .exr or .png: m.tif",
+            "the name of the merged file ends in .exr, .npz or .png: m.tif",
         ),
         (
             2,

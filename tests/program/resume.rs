@@ -332,6 +332,8 @@ fn killed(kills: u32) {
         "f.##.exr",
         "-o",
         "f.##.png",
+        "-o",
+        "f.##.npz",
         "--skip-existing",
     ];
     let job = [

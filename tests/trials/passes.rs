@@ -242,11 +242,11 @@ fn wrong_names() -> Result<(), Failed> {
         assert!(error.contains(message), "{args:?}: {error}");
     }
     let error = folder.fail(2, &["s.toml", "-o", "f.png", "--aovs", "N"]);
-    assert!(error.contains("only EXR files hold passes"), "{error}");
+    assert!(error.contains("only EXR and NPZ files hold passes"), "{error}");
     folder.write("bad.toml", "[output]\nfiles = \"f.png\"\naovs = \"depth\"\n");
     let error = folder.fail(65, &["bad.toml"]);
     assert!(
-        error.contains("only EXR files hold passes, and `files` names none"),
+        error.contains("only EXR and NPZ files hold passes, and `files` names none"),
         "{error}"
     );
     for (text, message) in [

@@ -4,7 +4,7 @@ use crate::{
     describe::OutputDesc,
     error::Error,
     film::PassRequest,
-    output::{BlockShape, Contents, DepthUnit, Encoding, FilePattern, Parts},
+    output::{BlockShape, DepthUnit, Encoding, FilePattern, Parts},
 };
 
 /// The encoding of files that a description asks for.
@@ -17,12 +17,7 @@ pub(in crate::batch) fn of(
     passes: &[PassRequest],
     patterns: &[FilePattern],
 ) -> Result<Encoding, Error> {
-    let is_written = patterns.iter().any(|p| p.format().contents() == Contents::Data);
-    let mut data = passes.iter().filter(|pass| !pass.spec().is_light());
-    if let Some(pass) = data.next().filter(|_| is_written && desc.compression.is_lossy()) {
-        return Err(Error::Usage(desc.compression.refusal(&pass.name())));
-    }
-    Ok(Encoding {
+    let encoding = Encoding {
         compression: desc.compression,
         light: desc.exr_type,
         parts: if desc.multipart { Parts::Many } else { Parts::One },
@@ -32,6 +27,13 @@ pub(in crate::batch) fn of(
             BlockShape::Lines
         },
         png: desc.png_bits,
+        npz: desc.npz_compression,
         depth,
-    })
+    };
+    let loses_data = patterns.iter().any(|p| p.format().loses_data(encoding));
+    let mut data = passes.iter().filter(|pass| !pass.spec().is_light());
+    match data.next().filter(|_| loses_data) {
+        Some(pass) => Err(Error::Usage(desc.compression.refusal(&pass.name()))),
+        None => Ok(encoding),
+    }
 }

@@ -58,10 +58,10 @@ impl PassChoice {
         if !holds_passes(patterns) {
             // Outputs of the command line, such as previews, need not hold the scene's passes.
             let message = match (names.is_override(), is_chosen(desc)) {
-                (true, _) => "only EXR files hold passes, and the job writes none",
-                (_, false) => "only EXR files hold passes, and `files` names none",
+                (true, _) => "only EXR and NPZ files hold passes, and the job writes none",
+                (_, false) => "only EXR and NPZ files hold passes, and `files` names none",
                 (false, true) => {
-                    let text = "the job writes no EXR file, which alone holds passes: `aovs` are left out";
+                    let text = "the job writes no EXR and no NPZ file, which alone hold passes: `aovs` are left out";
                     warnings.add_topic(WarningKind::UNUSED_SETTING, "aovs", "aovs", text);
                     return Ok(Self::default());
                 }

@@ -17,7 +17,11 @@ use crate::{
 pub fn merge(out: &Path, inputs: &[PathBuf]) -> Result<(), Error> {
     let extension = out.extension().and_then(|e| e.to_str()).unwrap_or_default();
     let format = output::format(extension).ok_or_else(|| {
-        let message = format!("the name of the merged file ends in .exr or .png: {}", out.display());
+        let message = format!(
+            "the name of the merged file ends in {}: {}",
+            output::endings(),
+            out.display()
+        );
         Error::Usage(message)
     })?;
     let first = inputs

@@ -7,7 +7,10 @@ use half::f16;
 use proptest::prelude::*;
 
 use super::*;
-use crate::{math::hash, output::BlockShape};
+use crate::{
+    math::hash,
+    output::{BlockShape, Value},
+};
 
 const SHAPES: [BlockShape; 2] = [BlockShape::Lines, BlockShape::Tiles];
 

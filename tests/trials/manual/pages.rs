@@ -273,7 +273,7 @@ fn passes_page() -> Page {
             coverage of each, two in a layer (`CryptoObject00`, `CryptoObject01`, ...), weighted by the pixel filter where it is \
             positive; lens, shutter and opacity are in the coverage. The light components (`diffuse_direct` to `emission`) sum to the beauty, and so \
             do the light groups. `denoise` stands for the passes that denoisers read: `objectId`, the halves, and the means of features with their \
-            variances, and where objects move `forward` and `backward`; the notes say [how true these are](../notes/denoising.md#how-true-the-variances-are). Only EXR files hold passes beside the beauty.\n";
+            variances, and where objects move `forward` and `backward`; the notes say [how true these are](../notes/denoising.md#how-true-the-variances-are). Only EXR and NPZ files hold passes beside the beauty.\n";
     let source = "src/film/passes.rs";
     Page::new(
         "passes.md".to_owned(),
