@@ -8,9 +8,10 @@
 use std::sync::OnceLock;
 
 use super::{
+    brushed::{self, azimuth, azimuth_vector, lookup},
     integral::{FacetGrid, reflected},
     isotropic,
-    table::{along, column, lerp, locate, node},
+    table::{column, cos_of, node},
 };
 use crate::{
     bsdf::microfacet::Ggx,
@@ -18,8 +19,7 @@ use crate::{
 };
 
 /// Nodes by roughness, and by the root of the ratio of the smaller alpha to the larger one.
-pub(super) const ROUGHNESSES: usize = 12;
-pub(super) const RATIOS: usize = 8;
+pub(super) const NODES: [usize; 2] = [12, 8];
 /// Nodes by the root of a cosine, and by turn: of the albedo, and of what is grazing.
 const MIRRORS: [usize; 2] = [24, 8];
 const GRAZING: [usize; 2] = [16, 16];
@@ -39,14 +39,14 @@ struct AnisotropicNode {
     grazing: OnceLock<Box<Grazing>>,
 }
 
-static TABLE: [[AnisotropicNode; RATIOS]; ROUGHNESSES] = [const {
+static TABLE: [[AnisotropicNode; NODES[1]]; NODES[0]] = [const {
     [const {
         AnisotropicNode {
             mirrors: OnceLock::new(),
             grazing: OnceLock::new(),
         }
-    }; RATIOS]
-}; ROUGHNESSES];
+    }; NODES[1]]
+}; NODES[0]];
 
 /// Facets, turned so that they are steeper along x, and a direction with them.
 struct AlignedFacets {
@@ -56,24 +56,13 @@ struct AlignedFacets {
 
 impl AlignedFacets {
     fn new(ggx: &Ggx, wo: Vec3) -> Self {
-        let (a, wo) = if ggx.alpha.x < ggx.alpha.y {
-            (Vec2::new(ggx.alpha.y, ggx.alpha.x), Vec3::new(wo.y, wo.x, wo.z))
-        } else {
-            (ggx.alpha, wo)
-        };
-        Self {
-            ggx: Ggx { alpha: a },
-            wo: wo.abs(),
-        }
-    }
-
-    fn stretched(&self) -> Vec3 {
-        (self.wo * self.ggx.alpha.extend(1.0)).normalize()
+        let (alpha, wo) = brushed::aligned(ggx.alpha, wo);
+        Self { ggx: Ggx { alpha }, wo }
     }
 
     /// The albedo as that of even facets.
     fn mirrors(&self) -> f32 {
-        isotropic::RowPlace::of_roughness(roughness(&self.ggx))
+        isotropic::RowPlace::of_roughness(brushed::roughness(self.ggx.alpha))
             .rows()
             .mirrors(self.ggx.stretched_cos(self.wo))
     }
@@ -93,34 +82,9 @@ impl AlignedFacets {
     }
 }
 
-/// The perceived roughness of even facets of the same mean square alpha.
-fn roughness(ggx: &Ggx) -> f32 {
-    (0.5 * ggx.alpha.length_squared()).sqrt().sqrt()
-}
-
-/// The position of `x` between the second axis and the first.
-pub(super) fn azimuth(x: f32, y: f32) -> f32 {
-    if x + y > 0.0 { x / (x + y) } else { 0.5 }
-}
-
-/// A unit vector in the plane for which [`azimuth`] is `v`.
-pub(super) fn azimuth_vector(v: f32) -> Vec2 {
-    Vec2::new(v, 1.0 - v).normalize()
-}
-
-/// The facets of a node. The larger alpha may be above 1, where no surface is.
+/// The facets of a node.
 pub(super) fn facets(i: usize, j: usize) -> Ggx {
-    let roughness = node(i, ROUGHNESSES).max(0.04);
-    let ratio = node(j, RATIOS) * node(j, RATIOS);
-    let along = roughness * roughness * (2.0 / (1.0 + ratio * ratio)).sqrt();
-    Ggx {
-        alpha: Vec2::new(along, (along * ratio).max(Ggx::MIN_ALPHA)),
-    }
-}
-
-fn cos_of(k: usize, nodes: usize) -> f32 {
-    let root: f32 = node(k, nodes);
-    (root * root).max(1e-3)
+    brushed::facets(NODES, i, j)
 }
 
 fn mirrors_of(i: usize, j: usize) -> &'static Mirrors {
@@ -128,11 +92,8 @@ fn mirrors_of(i: usize, j: usize) -> &'static Mirrors {
         let ggx = facets(i, j);
         let [columns, turns] = MIRRORS;
         let table = std::array::from_fn(|k| {
-            let cos = cos_of(k, columns);
-            let sin = (1.0 - cos * cos).sqrt();
             std::array::from_fn(|l| {
-                let stretched = (azimuth_vector(node(l, turns)) * sin).extend(cos);
-                let wo = (stretched / ggx.alpha.extend(1.0)).normalize();
+                let wo = brushed::seen_from(ggx.alpha, azimuth_vector(node(l, turns)), cos_of(k, columns));
                 reflected(POINTS, &ggx, wo)[0] - AlignedFacets { ggx, wo }.mirrors()
             })
         });
@@ -159,22 +120,13 @@ fn grazing_of(i: usize, j: usize) -> &'static Grazing {
 
 /// Linear between the four nodes about `ggx`.
 pub(super) fn between<T>(ggx: &Ggx, of: impl Fn(usize, usize) -> T, value: impl Fn(T) -> f32) -> f32 {
-    let (i, f) = locate(roughness(ggx), ROUGHNESSES);
-    let (j, g) = locate((ggx.alpha.min_element() / ggx.alpha.max_element()).sqrt(), RATIOS);
-    let at = |i| lerp(value(of(i, j)), value(of(i, j + 1)), g);
-    lerp(at(i), at(i + 1), f)
-}
-
-/// Linear between the nodes of a table.
-fn lookup<const K: usize, const L: usize>(table: &[[f32; L]; K], column: f32, turn: f32) -> f32 {
-    let (k, f) = locate(column, K);
-    lerp(along(&table[k], turn), along(&table[k + 1], turn), f)
+    brushed::between(ggx.alpha, NODES, of, value)
 }
 
 /// See [`super::mirrors`].
 pub(super) fn mirrors(ggx: &Ggx, wo: Vec3) -> f32 {
     let facets = AlignedFacets::new(ggx, wo);
-    let s = facets.stretched();
+    let s = brushed::stretched(facets.ggx.alpha, facets.wo);
     let (column, turn) = (column(s.z), azimuth(s.x, s.y));
     facets.mirrors() + between(&facets.ggx, mirrors_of, |table| lookup(table, column, turn))
 }

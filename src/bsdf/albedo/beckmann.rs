@@ -7,25 +7,21 @@
 use std::sync::OnceLock;
 
 use super::{
-    anisotropic::{azimuth, azimuth_vector},
+    brushed::{self, azimuth, azimuth_vector, seen_from},
     dielectric::{ClearFacets, ClearTable},
+    integral::{facets, masking},
     mirrors::MirrorFacets,
-    table::{along, column, lerp, locate, node},
+    table::{along, column, cos_of, lerp, locate, node},
 };
 use crate::{
-    bsdf::{
-        beckmann::Beckmann,
-        fresnel::reflect,
-        microfacet::{Facets, Ggx},
-    },
+    bsdf::{beckmann::Beckmann, microfacet::Facets},
     math::{Vec2, Vec3, exponential},
 };
 
 const ROWS: usize = 48;
 const COLUMNS: usize = 64;
 /// Nodes by roughness, and by the root of the ratio of the smaller alpha to the larger one, of brushed facets.
-const ROUGHNESSES: usize = 24;
-const RATIOS: usize = 8;
+const NODES: [usize; 2] = [24, 8];
 /// Their nodes by the root of a cosine, and by turn.
 const BRUSHED: [usize; 2] = [32, 8];
 /// Margins that keep the tables above the exact albedo.
@@ -36,8 +32,8 @@ type Row = [f32; COLUMNS];
 type Brushed = [[f32; BRUSHED[1]]; BRUSHED[0]];
 
 static EVEN_TABLE: [OnceLock<Box<Row>>; ROWS] = [const { OnceLock::new() }; ROWS];
-static BRUSHED_TABLE: [[OnceLock<Box<Brushed>>; RATIOS]; ROUGHNESSES] =
-    [const { [const { OnceLock::new() }; RATIOS] }; ROUGHNESSES];
+static BRUSHED_TABLE: [[OnceLock<Box<Brushed>>; NODES[1]]; NODES[0]] =
+    [const { [const { OnceLock::new() }; NODES[1]] }; NODES[0]];
 
 /// The place of facets in the tables.
 #[derive(Clone, Copy, Debug)]
@@ -122,72 +118,38 @@ fn integral(facets: &Beckmann, wo: Vec3, points: usize) -> f32 {
             }
             let weight = f64::from(exponential::exp(-s.length_squared()) * cos / h.z);
             all += weight;
-            let facet = facets.reflection(wo, reflect(wo, h));
-            leaves += weight * f64::from(facet.map_or(0.0, |facet| facet.masking));
+            leaves += weight * f64::from(masking(facets, wo, h));
         }
     }
     if all > 0.0 { (leaves / all) as f32 } else { 1.0 }
 }
 
-/// The cosine of a node by its root, not 0.
-fn cos_of(k: usize, nodes: usize) -> f32 {
-    let root = node(k, nodes);
-    (root * root).max(1e-3)
-}
-
 fn even(row: usize) -> &'static Row {
     EVEN_TABLE[row].get_or_init(|| {
-        let roughness = node(row, ROWS).max(0.02);
-        let facets = Beckmann::with_alpha(Vec2::splat(roughness * roughness));
+        let facets: Beckmann = facets(node(row, ROWS));
         Box::new(std::array::from_fn(|k| {
-            integral(&facets, seen_from(&facets, Vec2::X, cos_of(k, COLUMNS)), 64)
+            integral(&facets, seen_from(facets.alpha, Vec2::X, cos_of(k, COLUMNS)), 64)
         }))
     })
 }
 
-/// The direction in which the stretched surface is seen at this cosine and turn.
-fn seen_from(facets: &Beckmann, turn: Vec2, cos: f32) -> Vec3 {
-    let stretched = (turn * (1.0 - cos * cos).sqrt()).extend(cos);
-    (stretched / facets.alpha.extend(1.0)).normalize()
-}
-
-/// The facets of a node. The larger alpha may be above 1, where no surface is.
-fn facets_of(i: usize, j: usize) -> Beckmann {
-    let roughness = node(i, ROUGHNESSES).max(0.04);
-    let ratio = node(j, RATIOS) * node(j, RATIOS);
-    let along = roughness * roughness * (2.0 / (1.0 + ratio * ratio)).sqrt();
-    Beckmann::with_alpha(Vec2::new(along, (along * ratio).max(Ggx::MIN_ALPHA)))
-}
-
 fn brushed_node(i: usize, j: usize) -> &'static Brushed {
     BRUSHED_TABLE[i][j].get_or_init(|| {
-        let facets = facets_of(i, j);
+        let facets: Beckmann = brushed::facets(NODES, i, j);
         let [columns, turns] = BRUSHED;
         let at = |k, l| {
             let turn = azimuth_vector(node(l, turns));
-            integral(&facets, seen_from(&facets, turn, cos_of(k, columns)), 48)
+            integral(&facets, seen_from(facets.alpha, turn, cos_of(k, columns)), 48)
         };
         Box::new(std::array::from_fn(|k| std::array::from_fn(|l| at(k, l))))
     })
 }
 
 fn brushed(facets: &Beckmann, wo: Vec3) -> f32 {
-    let (alpha, wo) = if facets.alpha.x < facets.alpha.y {
-        (Vec2::new(facets.alpha.y, facets.alpha.x), Vec3::new(wo.y, wo.x, wo.z))
-    } else {
-        (facets.alpha, wo)
-    };
-    let s = (wo.abs() * alpha.extend(1.0)).normalize();
+    let (alpha, wo) = brushed::aligned(facets.alpha, wo);
+    let s = brushed::stretched(alpha, wo);
     let (column, turn) = (column(s.z), azimuth(s.x, s.y));
-    let (i, f) = locate((0.5 * alpha.length_squared()).sqrt().sqrt(), ROUGHNESSES);
-    let (j, g) = locate((alpha.y / alpha.x).sqrt(), RATIOS);
-    let of = |i, j| {
-        let table = brushed_node(i, j);
-        let (k, f) = locate(column, table.len());
-        lerp(along(&table[k], turn), along(&table[k + 1], turn), f)
-    };
-    let at = |i| lerp(of(i, j), of(i, j + 1), g);
-    lerp(at(i), at(i + 1), f)
+    brushed::between(alpha, NODES, brushed_node, |table| brushed::lookup(table, column, turn))
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use std::{f32::consts::FRAC_PI_2, sync::OnceLock};
 
 use super::{
-    anisotropic::{self, RATIOS, ROUGHNESSES},
+    anisotropic::{self, NODES},
     isotropic::{ROWS, RowPlace},
     schlick::FacetAlbedo,
     table::node,
@@ -16,8 +16,8 @@ use crate::{
 /// By the nodes of the table of isotropic facets.
 static ISOTROPIC: [OnceLock<[f32; 2]>; ROWS] = [const { OnceLock::new() }; ROWS];
 /// By the nodes of the table of anisotropic facets.
-static ANISOTROPIC: [[OnceLock<[f32; 2]>; RATIOS]; ROUGHNESSES] =
-    [const { [const { OnceLock::new() }; RATIOS] }; ROUGHNESSES];
+static ANISOTROPIC: [[OnceLock<[f32; 2]>; NODES[1]]; NODES[0]] =
+    [const { [const { OnceLock::new() }; NODES[1]] }; NODES[0]];
 
 /// The mean of [`FacetAlbedo::schlick`] over all directions, weighted by their cosine: what a surface of light
 /// sees of the facets `ggx`, which `albedo` is of.

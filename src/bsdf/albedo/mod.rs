@@ -18,6 +18,7 @@
 
 mod anisotropic;
 mod beckmann;
+mod brushed;
 mod dielectric;
 mod integral;
 mod isotropic;

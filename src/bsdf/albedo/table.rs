@@ -13,6 +13,12 @@ pub(super) fn node(i: usize, nodes: usize) -> f32 {
     i as f32 / (nodes - 1) as f32
 }
 
+/// The cosine at a node of an axis by its root, not 0.
+pub(super) fn cos_of(k: usize, nodes: usize) -> f32 {
+    let root: f32 = node(k, nodes);
+    (root * root).max(1e-3)
+}
+
 #[inline(always)]
 pub(super) fn lerp(a: f32, b: f32, f: f32) -> f32 {
     a * (1.0 - f) + b * f
