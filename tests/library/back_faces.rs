@@ -133,25 +133,119 @@ fn a_clear_body_and_a_lamp_that_shines_to_both_sides_have_no_backs() {
 }
 
 /// A plane between the floor and the lights, with its front up or down.
-fn roof(up: &str, keys: &str) -> String {
+fn roof(material: &str, up: &str, keys: &str) -> String {
     let corners = match up {
         "up" => "[-3, 2, 3], [3, 2, 3], [3, 2, -3], [-3, 2, -3]",
         _ => "[-3, 2, -3], [3, 2, -3], [3, 2, 3], [-3, 2, 3]",
     };
-    scene(MATERIALS[0], &format!("quad = {{ corners = [{corners}] }}"), keys)
+    scene(material, &format!("quad = {{ corners = [{corners}] }}"), keys)
 }
 
 #[test]
 fn a_surface_throws_no_shadow_on_what_its_culled_back_faces() {
     let direct = "integrator.path = { max_depth = 2, strategy = 'light' }";
-    let shaded = shoot(direct, &roof("up", ""));
-    let gone = shoot(direct, &roof("up", "visible = false"));
-    let culled = shoot(direct, &roof("up", "back_faces = 'culled'"));
+    let roof = |up, keys| shoot(direct, &roof(MATERIALS[0], up, keys));
+    let culled = roof("up", "back_faces = 'culled'");
     // The camera is below: it sees the back.
-    assert_same(&culled, &gone, &["depth", "albedo", "objectId"]);
-    assert!(culled.beauty() != shaded.beauty());
-    let down = shoot(direct, &roof("down", "back_faces = 'culled'"));
-    assert_same(&down, &shoot(direct, &roof("down", "")), ALL);
+    assert_same(
+        &culled,
+        &roof("up", "visible = false"),
+        &["depth", "albedo", "objectId"],
+    );
+    assert!(culled.beauty() != roof("up", "").beauty());
+    assert_same(&roof("down", "back_faces = 'culled'"), &roof("down", ""), ALL);
+}
+
+#[test]
+fn opacity_counts_on_fronts_alone_where_backs_are_culled() {
+    let veil = |opacity: &str| {
+        format!(
+            "principled = {{ base_color = [0.7, 0.3, 0.2], {opacity} }}\n[texture.holes]\nchecker = {{ a = 0, b = 1 }}"
+        )
+    };
+    for veil in [
+        "opacity = 0.4",
+        "opacity = 'texture.holes'",
+        "opacity = 'texture.holes', alpha = 'mask'",
+    ]
+    .map(veil)
+    {
+        for render in INTEGRATORS {
+            let gone = shoot(render, &scene(&veil, AROUND, "visible = false"));
+            let culled = shoot(render, &scene(&veil, AROUND, "back_faces = 'culled'"));
+            assert_same(&culled, &gone, &["depth", "albedo", "objectId"]);
+        }
+        // Shadow rays meet the backs of a roof whose front is up, and its front where that is down.
+        let direct = "integrator.path = { max_depth = 2, strategy = 'light' }";
+        let roof = |up, keys| shoot(direct, &roof(&veil, up, keys));
+        let culled = roof("up", "back_faces = 'culled'");
+        assert_same(
+            &culled,
+            &roof("up", "visible = false"),
+            &["depth", "albedo", "objectId"],
+        );
+        let front = roof("down", "back_faces = 'culled'");
+        assert_same(&front, &roof("down", ""), ALL);
+        assert!(culled.beauty() != front.beauty());
+    }
+}
+
+/// A glTF file of a node for each of these materials, with a triangle that looks to +z.
+fn gltf(materials: &[&str]) -> String {
+    let listed = |text: fn(usize, &str) -> String| {
+        let all = materials.iter().enumerate().map(|(i, material)| text(i, material));
+        all.collect::<Vec<_>>().join(", ")
+    };
+    format!(
+        r#"{{"asset": {{"version": "2.0"}}, "buffers": [{{"byteLength": 36,
+        "uri": "data:;base64,AACAvwAAAAAAAIA/AACAPwAAAAAAAIA/AAAAAAAAAEAAAAAA"}}],
+        "bufferViews": [{{"buffer": 0, "byteLength": 36}}],
+        "accessors": [{{"bufferView": 0, "componentType": 5126, "count": 3, "type": "VEC3", "min": [-1, 0, 0], "max": [1, 2, 1]}}],
+        "materials": [{}], "meshes": [{}], "nodes": [{}]}}"#,
+        listed(|i, sides| {
+            let color = format!(r#""pbrMetallicRoughness": {{"baseColorFactor": [0.{i}, 0.5, 0.2, 1]}}"#);
+            format!(r#"{{"name": "M{i}", {color}{sides}}}"#)
+        }),
+        listed(|i, _| format!(r#"{{"primitives": [{{"attributes": {{"POSITION": 0}}, "material": {i}}}]}}"#)),
+        listed(|i, _| format!(
+            r#"{{"name": "N{i}", "mesh": {i}, "translation": [{}, 0, 0]}}"#,
+            2.2 * i as f32
+        )),
+    )
+}
+
+#[test]
+fn a_gltf_file_says_which_of_its_surfaces_have_backs() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("a.gltf");
+    let picture = |turn: f32, keys: &str| {
+        let shape = format!(
+            "mesh = {{ file = '{}' }}\ntransform = {{ rotate = [0, {turn}, 0] }}",
+            path.display()
+        );
+        // The model has its own materials.
+        let tables = scene(MATERIALS[0], &shape, keys).replace("material = 'shown'\n", "");
+        shoot("", &tables)
+    };
+    let (one_sided, two_sided) = (r#", "doubleSided": false"#, r#", "doubleSided": true"#);
+    for (sides, is_culled) in [("", true), (one_sided, true), (two_sided, false)] {
+        std::fs::write(&path, gltf(&[sides])).expect("a file");
+        for turn in [0.0, 180.0] {
+            let shaded = picture(turn, "");
+            let expected = if is_culled { "back_faces = 'culled'" } else { "" };
+            let by_file = picture(turn, "back_faces = 'file'");
+            assert_same(&by_file, &picture(turn, expected), ALL);
+            // Seen from the front, light passes the back.
+            assert_eq!(by_file.beauty() != shaded.beauty(), is_culled, "{sides} {turn}");
+        }
+    }
+    // One file with surfaces of both sorts.
+    std::fs::write(&path, gltf(&[one_sided, two_sided])).expect("a file");
+    let by_file = picture(180.0, "back_faces = 'file'");
+    let by_part = picture(180.0, "[[object.part]]\nnodes = ['N0']\nback_faces = 'culled'");
+    assert_same(&by_file, &by_part, &["depth", "albedo"]);
+    let all = ["shaded", "culled"].map(|backs| picture(180.0, &format!("back_faces = '{backs}'")));
+    assert!(all.iter().all(|film| film.beauty() != by_file.beauty()));
 }
 
 #[test]

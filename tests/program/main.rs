@@ -45,6 +45,7 @@ mod motion;
 mod normals;
 mod npz;
 mod outputs;
+mod part_values;
 mod parts;
 mod path;
 mod points;
