@@ -141,12 +141,9 @@ impl ModelPlacer<'_> {
             // Parts share the nodes and the materials of their object.
             let whole = placed.part_of.map(|whole| &uses[&Arc::as_ptr(&models[whole])]);
             let shared = whole.map(ModelUse::shared);
-            let model_use = uses.entry(Arc::as_ptr(model)).or_default();
-            if let Some(shared) = shared.filter(|_| model_use.objects == 0) {
-                *model_use = shared;
-                model_use.objects = 1;
-                continue;
-            }
+            let model_use = uses
+                .entry(Arc::as_ptr(model))
+                .or_insert_with(|| shared.unwrap_or_default());
             model_use.objects += 1;
             if placed.part_of.is_some() {
                 continue;

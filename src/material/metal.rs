@@ -25,10 +25,10 @@
 //! ```
 //!
 //! Both sides reflect. Light that bounces several times between microfacets is included: a white metal loses less than 2 %
-//! of the light at any roughness and anisotropy, and gains none. Each distribution has albedos of its own for that. Programs without
-//! multiple scattering, such as Mitsuba, look the same where surfaces are smooth, and darker up to half where they are rough. Along the tangent the alpha is
-//! alpha + (1 - alpha) anisotropy^2, as in glTF's KHR_materials_anisotropy. The `whitted` integrator shows a mirror with the
-//! reflectance at normal incidence.
+//! of the light at any roughness and anisotropy, and gains none. Each distribution has albedos of its own for that. Programs
+//! without multiple scattering, such as Mitsuba, look the same where surfaces are smooth, and darker up to half where they are
+//! rough. Along the tangent the alpha is alpha + (1 - alpha) anisotropy^2, as in glTF's KHR_materials_anisotropy. The `whitted`
+//! integrator shows a mirror with the reflectance at normal incidence.
 //!
 //! The presets are measurements at 616.8, 548.6 and 450.9 nm. Sources: Johnson and Christy, "Optical constants of the noble
 //! metals", Phys. Rev. B 6, 1972, doi:10.1103/PhysRevB.6.4370 (silver, gold, copper), and "Optical constants of transition

@@ -85,9 +85,9 @@
 //! - Meshes that an animation deforms cannot be subdivided. Those that move as a whole can.
 //!
 //! **Displacement** moves every vertex along its smooth normal by `scale` times the height less `midlevel`. `height` is a number or a channel
-//! of a texture, `"texture.NAME"` or `"texture.NAME.g"`, red by default, by the first texture coordinates of the mesh, or with the mapping `object`
-//! or `planar` by the place in the model. `scale` is 1 and
-//! `midlevel` 0 where nothing else is given. Lengths are those of the model, before all transforms. Normals are those of the displaced triangles.
+//! of a texture, `"texture.NAME"` or `"texture.NAME.g"`, red by default. It is read by the first texture coordinates of the mesh, or with
+//! the mapping `object` or `planar` by the place in the model. `scale` is 1 and `midlevel` 0 where nothing else is given. Lengths
+//! are those of the model, before all transforms. Normals are those of the displaced triangles.
 //!
 //! ```toml
 //! [texture.rocks]
@@ -112,13 +112,18 @@
 //! | `Kd`, `map_Kd` | the base colour; a surface with nothing else is matte |
 //! | `Ks`, `map_Ks`, `Ns`, `map_Ns` | a reflection of that tint, of roughness (2 / (Ns + 2))^(1/4); none with `illum` 0 and 1; a mirror's with `illum` 3 and 8, and with 5 where `Ni` is not above 1 |
 //! | `Ni` | the index of refraction |
-//! | `d`, `Tr`, `map_d`, `map_Tr` | the opacity; `d` counts before `Tr`, which is 1 - `d`; `Tr 1` of all materials of a textured model without `d` is read as opaque, as programs of photogrammetry mean it, with a warning; of a picture with alpha that, else its first channel |
+//! | `d`, `Tr`, `map_d`, `map_Tr` | the opacity, see below |
 //! | `illum` 4, 6, 7, 9 with `Tf`, `Ni` or `d` | glass: 6 and 7 bound a body, 4 and 9 are thin sheets |
 //! | `Ke`, `map_Ke` | emitted radiance, on both sides |
 //! | `norm` | a normal map |
-//! | `bump` | heights: shading normals are those of a surface that is raised by the texture's luminance (or the channel of `-imfchan`) times `-bm`, in the model's unit of length; a normal map where the picture is one |
+//! | `bump` | heights, see below; a normal map where the picture is one |
 //! | `Pr`, `Pm`, `Ps`, `Pc`, `Pcr`, `aniso`, `anisor` and their textures | roughness and metal (`Ks` does not count then), sheen, clear coat, anisotropy |
 //! | `-s`, `-o`, `-mm`, `-clamp`, `-imfchan`, `-bm` | factor and offset of texture coordinates, factor of the texture, no repetition, channel, strength of `norm` and `bump` |
+//!
+//! Of opacities `d` counts before `Tr`, which is 1 - `d`. `Tr 1` of all materials of a textured model without `d` is read as opaque, as
+//! programs of photogrammetry mean it, with a warning. A picture has its alpha as opacity, or its first channel where it has none.
+//! Shading normals of `bump` are those of a surface that is raised by the texture's luminance (or the channel of `-imfchan`) times
+//! `-bm`, in the model's unit of length.
 //!
 //! Not rendered are displacement (`disp`), `decal`, `refl`, the base of `-mm`, and point clouds. A library or texture that
 //! is not there is a warning, and the surface is without. Colours of vertices multiply those of the material, white where there

@@ -120,7 +120,7 @@ pub fn parse(bytes: &[u8], path: &Path, faces: FaceUse, files: &Files) -> Result
             let run = run.ok_or_else(|| "a group without a number".to_owned())?;
             Ok((
                 run,
-                mesh(&g.mesh, (scale, faces), far_uvs.as_deref(), &mut repairs).map_err(|e| e.to_string())?,
+                mesh(&g.mesh, scale, faces, far_uvs.as_deref(), &mut repairs).map_err(|e| e.to_string())?,
             ))
         })
         .collect::<Result<Vec<_>, _>>()
@@ -170,7 +170,8 @@ fn colors(group: &tobj::Mesh, scale: f32) -> Vec<Vec4> {
 /// `far_uvs` are the texture coordinates of the file, if the group has their numbers.
 fn mesh(
     group: &tobj::Mesh,
-    (color_scale, faces): (f32, FaceUse),
+    color_scale: f32,
+    faces: FaceUse,
     far_uvs: Option<&[DVec2]>,
     repairs: &mut Repairs,
 ) -> Result<Mesh, MeshError> {

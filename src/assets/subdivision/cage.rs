@@ -32,8 +32,9 @@ pub struct CageRules {
 #[derive(Clone, Copy, Debug)]
 struct EdgeUse {
     count: u32,
-    /// The first corners from which it starts.
+    /// The first corners from which it starts, and their faces.
     corners: [u32; 2],
+    faces: [u32; 2],
     /// Whether the first two faces run along it in opposite directions.
     is_opposite: bool,
 }
@@ -124,7 +125,7 @@ fn net_of(faces: &Faces, corners: Vec<u32>, vertices: usize) -> (Net, Vec<EdgeUs
         corners,
     };
     let mut uses: Vec<EdgeUse> = Vec::with_capacity(net.corners.len() / 2);
-    for face in faces.all() {
+    for (number, face) in (0..).zip(faces.all()) {
         for corner in face.clone() {
             let ends = [corner, after(corner, &face)].map(|c| net.corners[c]);
             let key = [ends[0].min(ends[1]), ends[0].max(ends[1])];
@@ -136,12 +137,13 @@ fn net_of(faces: &Faces, corners: Vec<u32>, vertices: usize) -> (Net, Vec<EdgeUs
                     uses.push(EdgeUse {
                         count: 1,
                         corners: [corner as u32; 2],
+                        faces: [number; 2],
                         is_opposite: false,
                     });
                 }
                 Some(used) => {
                     if used.count == 1 {
-                        used.corners[1] = corner as u32;
+                        (used.corners[1], used.faces[1]) = (corner as u32, number);
                         used.is_opposite = net.edges[edge as usize] != ends;
                     }
                     used.count += 1;
@@ -166,11 +168,10 @@ fn normals(faces: &Faces, net: &Net, positions: &[DVec3]) -> Vec<DVec3> {
     faces.all().map(normal).collect()
 }
 
-/// The places that never move: see the head of the module.
-fn corners(faces: &Faces, net: &Net, uses: &[EdgeUse], rules: &CageRules) -> Vec<bool> {
+/// The places that never move: see the head of the module. `next` are the corners after each.
+fn corners(next: &[u32], net: &Net, uses: &[EdgeUse], rules: &CageRules) -> Vec<bool> {
     let places = net.vertices as usize;
     let mut fans = Sets::new(net.corners.len());
-    let next = next_corners(faces, net.corners.len());
     for used in uses.iter().filter(|used| used.is_manifold()) {
         let [a, b] = used.corners;
         fans.join(a, next[b as usize]);
@@ -208,18 +209,8 @@ fn corners(faces: &Faces, net: &Net, uses: &[EdgeUse], rules: &CageRules) -> Vec
     at.iter().map(stays).collect()
 }
 
-/// The corner after each.
-fn next_corners(faces: &Faces, count: usize) -> Vec<u32> {
-    let mut next = Vec::with_capacity(count);
-    for face in faces.all() {
-        next.extend(face.clone().map(|corner| after(corner, &face) as u32));
-    }
-    next
-}
-
-/// The net of values, and the vertex among those of all meshes that each value has.
-fn values(faces: &Faces, places: &Net, uses: &[EdgeUse], sharpness: &[f32], vertices: &[u32]) -> (Net, Vec<u32>) {
-    let next = next_corners(faces, vertices.len());
+/// The net of values, and the vertex among those of all meshes that each value has. `next` are the corners after each.
+fn values(next: &[u32], places: &Net, uses: &[EdgeUse], sharpness: &[f32], vertices: &[u32]) -> (Net, Vec<u32>) {
     let mut sets = Sets::new(vertices.len());
     let is_open = |edge: usize| !uses[edge].is_manifold() || sharpness[edge] == f32::INFINITY;
     for used in (0..uses.len()).filter(|edge| !is_open(*edge)).map(|edge| uses[edge]) {
@@ -269,24 +260,21 @@ impl Surface {
             true => normals(&faces, &places, &gathered.positions),
             false => Vec::new(),
         };
-        let face_of = |corner: u32| match &faces {
-            Faces::Ends(ends) => ends.partition_point(|end| *end <= corner),
-            Faces::Equal { corners, .. } => (corner / corners) as usize,
-        };
         let sharpness = |used: &EdgeUse| {
             if !used.is_manifold() {
                 return f32::INFINITY;
             }
             let is_crease = !normals.is_empty() && {
-                let [a, b] = used.corners.map(|corner| normals[face_of(corner)]);
+                let [a, b] = used.faces.map(|face| normals[face as usize]);
                 a != DVec3::ZERO && b != DVec3::ZERO && a.dot(b) < rules.crease_cos
             };
             if is_crease { rules.crease_sharpness } else { 0.0 }
         };
         let sharpness: Vec<f32> = uses.iter().map(sharpness).collect();
-        let (values, sources) = values(&faces, &places, &uses, &sharpness, &gathered.vertices);
+        let next = faces.next_corners();
+        let (values, sources) = values(&next, &places, &uses, &sharpness, &gathered.vertices);
         let mut surface = Self {
-            is_corner: corners(&faces, &places, &uses, rules),
+            is_corner: corners(&next, &places, &uses, rules),
             positions: gathered.positions,
             part_ends: gathered.part_ends,
             sharpness,

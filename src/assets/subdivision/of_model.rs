@@ -163,14 +163,10 @@ fn refined(
     }
     surface.move_to_limit(scheme);
     if let Some((displacement, model_from_mesh)) = displacement {
-        let uv = |value: usize| surface.uvs.get(value).copied().unwrap_or_default().as_vec2();
-        let owners = surface.owners_of_values().into_iter().enumerate();
-        let height = |(value, (part, place)): (usize, (usize, u32))| {
-            let p = model_from_mesh.transform_point3(surface.positions[place as usize]);
-            displacement.at(p, uv(value), meshes[part].uv_origins[0])
-        };
-        let heights: Vec<f64> = owners.map(height).collect();
-        surface.displace(&heights);
+        surface.displace(|part, p, uv| {
+            let p = model_from_mesh.transform_point3(p);
+            displacement.at(p, uv.as_vec2(), meshes[part].uv_origins[0])
+        });
     }
     surface.meshes(meshes.iter().copied())
 }

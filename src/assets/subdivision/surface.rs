@@ -104,7 +104,7 @@ impl Surface {
     fn faces_within(&self, count: usize, split: Split) -> usize {
         match split {
             Split::Triangles => 4 * count,
-            Split::Quads => count.checked_sub(1).map_or(0, |last| self.faces.corners(last).end),
+            Split::Quads => self.faces.corners_of_first(count),
         }
     }
 

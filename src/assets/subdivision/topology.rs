@@ -58,8 +58,25 @@ impl Faces {
         (0..self.count()).map(|face| self.corners(face))
     }
 
+    /// The number of corners of the first `count` faces.
+    pub fn corners_of_first(&self, count: usize) -> usize {
+        count.checked_sub(1).map_or(0, |last| self.corners(last).end)
+    }
+
+    /// The corner after each.
+    pub fn next_corners(&self) -> Vec<u32> {
+        let mut next = Vec::with_capacity(self.corners_of_first(self.count()));
+        for face in self.all() {
+            next.extend(face.clone().map(|corner| after(corner, &face) as u32));
+        }
+        next
+    }
+
     pub fn are_triangles(&self) -> bool {
-        self.all().all(|face| face.len() == 3)
+        match self {
+            Self::Ends(_) => self.all().all(|face| face.len() == 3),
+            Self::Equal { corners, .. } => *corners == 3,
+        }
     }
 
     /// The faces of the next level, those of a face next to each other. There are so many `corners`.

@@ -44,19 +44,16 @@ impl Surface {
     /// corner; 0 where that cancels.
     pub fn normals(&self) -> Vec<DVec3> {
         let mut sets = Sets::new(self.values.vertices as usize);
-        let mut next = vec![0; self.values.corners.len()];
-        for face in self.faces.all() {
-            face.clone().for_each(|corner| next[corner] = after(corner, &face));
-        }
-        let value = |corner: usize| self.values.corners[corner];
-        for [a, b] in self.neighbours().map(|pair| pair.map(|corner| corner as usize)) {
-            sets.join(value(a), value(next[b]));
-            sets.join(value(next[a]), value(b));
+        let next = self.faces.next_corners();
+        let value = |corner: u32| self.values.corners[corner as usize];
+        for [a, b] in self.neighbours() {
+            sets.join(value(a), value(next[b as usize]));
+            sets.join(value(next[a as usize]), value(b));
         }
         let mut sums = vec![DVec3::ZERO; self.values.vertices as usize];
         for face in self.faces.all() {
             for corner in face.clone() {
-                sums[sets.first(value(corner)) as usize] += self.corner_normal(corner, &face);
+                sums[sets.first(self.values.corners[corner]) as usize] += self.corner_normal(corner, &face);
             }
         }
         let of = |value: u32| sums[sets.first(value) as usize].normalize_or_zero();
