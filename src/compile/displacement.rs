@@ -2,12 +2,15 @@
 
 use std::cell::RefCell;
 
-use super::compiler::{Compiler, undefined};
+use super::{
+    compiler::Compiler,
+    textures::{self, TextureNames},
+};
 use crate::{
     assets::displacement::{Displacement, HeightTexture, Heights},
     math::DVec3,
     shape::mesh::{Bits, DisplacementDesc, MeshDesc},
-    texture::{BitmapId, Color, FindSources, Texture, image::ImageDesc},
+    texture::{BitmapId, Color, FindSources, image::ImageDesc},
     value::{Channel, ColorSource, Problem, ScalarSource, Spanned},
 };
 
@@ -26,25 +29,31 @@ impl Compiler<'_> {
             ScalarSource::Constant(height) => Ok(Heights::Constant(Bits::new(*height))),
             ScalarSource::Texture { name, channel } => self.height_texture(height, name, channel.unwrap_or(Channel::R)),
         };
-        let heights = self.record(heights)?;
-        Some(Some(Displacement {
-            heights,
-            scale: Bits::new(scale.0),
-            midlevel: Bits::new(midlevel.0),
-        }))
+        match heights {
+            Ok(heights) => Some(Some(Displacement {
+                heights,
+                scale: Bits::new(scale.0),
+                midlevel: Bits::new(midlevel.0),
+            })),
+            Err(problems) => {
+                self.problems.extend(problems);
+                None
+            }
+        }
     }
 
-    fn height_texture(&self, source: &Spanned<ScalarSource>, name: &str, channel: Channel) -> Result<Heights, Problem> {
-        let entry = self.desc.textures.iter().find(|entry| entry.name.get_ref() == name);
-        let Some(entry) = entry else {
-            let known = self.desc.textures.iter().map(|entry| &entry.name);
-            return Err(undefined("texture", name, source.span(), known));
-        };
+    fn height_texture(
+        &self,
+        source: &Spanned<ScalarSource>,
+        name: &str,
+        channel: Channel,
+    ) -> Result<Heights, Vec<Problem>> {
+        let entry = TextureNames::new(self.desc).entry(name, source.span());
+        let (_, entry) = entry.map_err(|problem| vec![problem])?;
         if !entry.mapping.lies_on_mesh() {
             let message = format!("the texture `{name}` does not lie on the mesh, as a displacement needs it");
-            return Err(
-                Problem::at(source.span(), message).with_help("its `mapping` may be `uv`, `object` or `planar`")
-            );
+            let help = "its `mapping` may be `uv`, `object` or `planar`";
+            return Err(vec![Problem::at(source.span(), message).with_help(help)]);
         }
         let image = RefCell::new(None);
         let find = |desc: &ImageDesc| {
@@ -54,7 +63,7 @@ impl Compiler<'_> {
         let color = |color: &Spanned<ColorSource>| match color.get_ref() {
             ColorSource::Constant(color) => Ok(Color::Constant(*color)),
             ColorSource::Texture(_) | ColorSource::Tinted { .. } => {
-                let message = format!("`{name}` is made of other textures, and a displacement reads a texture alone");
+                let message = format!("`{name}` reads other textures, and a displacement reads a texture alone");
                 Err(Problem::at(source.span(), message))
             }
         };
@@ -62,10 +71,7 @@ impl Compiler<'_> {
             bitmap: &find,
             color: &color,
         };
-        let texture = Texture {
-            transform: entry.transform.compile(),
-            ..Texture::new(entry.mapping.compile(DVec3::ZERO)?, entry.pattern.compile(&find)?)
-        };
+        let texture = textures::compile(entry, &find, DVec3::ZERO)?;
         let image = image.into_inner();
         let heights = HeightTexture::new(texture.near(), channel, image);
         Ok(Heights::Texture(Box::new(heights)))

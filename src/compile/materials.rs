@@ -4,7 +4,7 @@ use std::collections::HashMap;
 
 use super::{
     compiler::{Compiler, undefined},
-    textures,
+    textures::TextureNames,
 };
 use crate::{
     assets::model::{Model, ModelTexture, UvSet},
@@ -41,6 +41,7 @@ impl Compiler<'_> {
 pub(super) struct MaterialNames<'a> {
     desc: &'a SceneDesc,
     materials: HashMap<&'a str, u32>,
+    textures: TextureNames<'a>,
 }
 
 impl<'a> MaterialNames<'a> {
@@ -49,6 +50,7 @@ impl<'a> MaterialNames<'a> {
         Self {
             desc,
             materials: materials.zip(0..).collect(),
+            textures: TextureNames::new(desc),
         }
     }
 
@@ -67,7 +69,8 @@ impl<'a> MaterialNames<'a> {
     /// Compiles the normal map that a material of the scene file is given.
     pub fn normal_map(&self, entry: &MaterialEntry, material: &Material) -> Result<Option<NormalMap>, Problem> {
         let find = Find {
-            color: &|source| textures::color(self.desc, source),
+            color: &|source| self.textures.color(source),
+            directions: &|source| self.textures.directions(source),
             material: &|name| self.component(name, &[]),
         };
         let (span, map) = match (&entry.bump, &entry.normal) {
@@ -95,7 +98,8 @@ impl<'a> MaterialNames<'a> {
     /// Compiles a material that the mixtures `within` are made of, itself the last of them.
     fn material_in(&self, entry: &MaterialEntry, within: &[&str]) -> Result<Material, Problem> {
         let find = Find {
-            color: &|source| textures::color(self.desc, source),
+            color: &|source| self.textures.color(source),
+            directions: &|source| self.textures.directions(source),
             material: &|name| self.component(name, within),
         };
         entry.material.compile(&find).map_err(|problem| {
@@ -107,7 +111,7 @@ impl<'a> MaterialNames<'a> {
 
     /// The colour of a source.
     pub fn color(&self, source: &Spanned<ColorSource>) -> Result<Color, Problem> {
-        textures::color(self.desc, source)
+        self.textures.color(source)
     }
 
     /// The material `name` as a part of the mixtures `within`.

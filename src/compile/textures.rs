@@ -1,12 +1,12 @@
 //! Textures of a scene file.
 
-use std::cell::RefCell;
+use std::{cell::RefCell, collections::HashMap};
 
 use super::compiler::{Compiler, undefined};
 use crate::{
     assets::{model::ImageSource, store::ImageRequest},
     describe::{SceneDesc, TextureEntry},
-    math::Rgb,
+    math::{DVec3, Rgb},
     texture::{BitmapId, Color, FindSources, Texture, TextureId, image::ImageDesc},
     value::{ColorSource, Problem, Spanned},
 };
@@ -14,9 +14,13 @@ use crate::{
 /// Look-ups of textures, itself among them, that one look-up makes at most.
 const MOST_LOOKUPS: u64 = 1000;
 
+/// Textures, each of which reads the next, at most.
+const MAX_DEPTH: u32 = 64;
+
 impl Compiler<'_> {
     pub(super) fn textures(&mut self) {
         let folder = self.desc.folder();
+        let names = TextureNames::new(self.desc);
         for entry in &self.desc.textures {
             let images = RefCell::new(&mut self.images);
             let bitmap = |image: &ImageDesc| {
@@ -29,85 +33,157 @@ impl Compiler<'_> {
                 });
                 Ok(BitmapId(at as u32))
             };
-            let desc = self.desc;
             let find = FindSources {
                 bitmap: &bitmap,
-                color: &|source| color(desc, source),
+                color: &|source| names.color(source),
             };
-            let pattern = entry.pattern.compile(&find);
-            let warp = entry.warp.as_ref().map(|warp| warp.compile(&find)).transpose();
-            let mapping = entry.mapping.compile(self.origin);
-            let (pattern, warp, mapping) = (self.record(pattern), self.record(warp), self.record(mapping));
-            if let (Some(pattern), Some(warp), Some(mapping)) = (pattern, warp, mapping) {
-                self.scene.texture(Texture {
-                    transform: entry.transform.compile(),
-                    warp,
-                    factor: entry.factor.map_or(Rgb::WHITE, |factor| factor.0),
-                    ..Texture::new(mapping, pattern)
-                });
+            match compile(entry, &find, self.origin) {
+                Ok(texture) => {
+                    self.scene.texture(texture);
+                }
+                Err(problems) => self.problems.extend(problems),
             }
         }
         if self.problems.is_empty() {
-            self.problems.extend(self.circle());
+            self.problems.extend(self.tangled());
         }
     }
 
     /// The problem of the first texture that contains itself, or that looks up too many others.
-    fn circle(&self) -> Option<Problem> {
+    fn tangled(&self) -> Option<Problem> {
         let textures = self.scene.textures().textures;
-        let mut lookups = vec![Lookups::Unknown; textures.len()];
-        let wrong = (0..textures.len()).find_map(|id| match count(textures, id, &mut lookups) {
-            Some(n) if n <= MOST_LOOKUPS => None,
-            Some(_) => Some((
-                id,
-                format!("a look-up in this texture makes more than {MOST_LOOKUPS} look-ups in others"),
-            )),
-            None => Some((id, "this texture contains itself".to_owned())),
-        });
-        let (id, message) = wrong?;
-        Some(Problem::at(self.desc.textures[id].name.span(), message))
+        let mut known = vec![Lookups::Unknown; textures.len()];
+        (0..textures.len()).find_map(|id| {
+            let message = match count(textures, id, 1, &mut known) {
+                Ok(sources) if sources.lookups <= MOST_LOOKUPS => return None,
+                Ok(_) => format!("a look-up in this texture makes more than {MOST_LOOKUPS} look-ups in others"),
+                Err(Tangle::Circle) => "this texture contains itself".to_owned(),
+                Err(Tangle::Depth) => format!("more than {MAX_DEPTH} textures, each made of the next"),
+            };
+            Some(Problem::at(self.desc.textures[id].name.span(), message))
+        })
     }
 }
 
-/// The number of look-ups that one in a texture makes.
+/// Compiles a texture for a scene around `origin`.
+pub(super) fn compile(entry: &TextureEntry, find: &FindSources<'_>, origin: DVec3) -> Result<Texture, Vec<Problem>> {
+    let mut problems = Vec::new();
+    let mut keep = |problem| problems.push(problem);
+    let pattern = entry.pattern.compile(find).map_err(&mut keep).ok();
+    let warp = entry.warp.as_ref().map(|warp| warp.compile(find)).transpose();
+    let warp = warp.map_err(&mut keep).ok();
+    let mapping = entry.mapping.compile(origin).map_err(&mut keep).ok();
+    if let (Some(pattern), Some(key)) = (&pattern, entry.placed_by.first())
+        && !pattern.has_coordinates()
+    {
+        let (key, kind, span) = (key.get_ref(), entry.pattern.name(), key.span());
+        let problem = Problem::at(
+            span,
+            format!("`{kind}` has no coordinates of its own, and takes no `{key}`"),
+        );
+        keep(problem.with_help(format!("give `{key}` to the textures that it is made of")));
+    }
+    match (pattern, warp, mapping) {
+        (Some(pattern), Some(warp), Some(mapping)) if problems.is_empty() => Ok(Texture {
+            transform: entry.transform.compile(),
+            warp,
+            factor: entry.factor.map_or(Rgb::WHITE, |factor| factor.0),
+            ..Texture::new(mapping, pattern)
+        }),
+        _ => Err(problems),
+    }
+}
+
+/// The textures that a texture reads, and those that these read.
+#[derive(Clone, Copy)]
+struct Sources {
+    /// The number of look-ups that one makes, itself among them.
+    lookups: u64,
+    /// The number of textures of the longest chain, itself among them.
+    depth: u32,
+}
+
+/// The sources of a texture as far as they are known.
 #[derive(Clone, Copy)]
 enum Lookups {
     Unknown,
-    /// The look-ups of its sources are being counted.
+    /// They are being counted.
     Counting,
-    Known(u64),
+    Known(Sources),
 }
 
-/// Counts the look-ups of a texture; `None` where it contains itself.
-fn count(textures: &[Texture], id: usize, lookups: &mut [Lookups]) -> Option<u64> {
-    match lookups[id] {
-        Lookups::Known(n) => return Some(n),
-        Lookups::Counting => return None,
-        Lookups::Unknown => lookups[id] = Lookups::Counting,
+/// The reason why textures cannot be looked up.
+enum Tangle {
+    Circle,
+    Depth,
+}
+
+/// Counts the sources of a texture that is number `level` of a chain.
+fn count(textures: &[Texture], id: usize, level: u32, known: &mut [Lookups]) -> Result<Sources, Tangle> {
+    match known[id] {
+        Lookups::Known(sources) if level + sources.depth > MAX_DEPTH + 1 => return Err(Tangle::Depth),
+        Lookups::Known(sources) => return Ok(sources),
+        Lookups::Counting => return Err(Tangle::Circle),
+        Lookups::Unknown if level > MAX_DEPTH => return Err(Tangle::Depth),
+        Lookups::Unknown => known[id] = Lookups::Counting,
     }
-    let mut sum: u64 = 1;
+    let mut all = Sources { lookups: 1, depth: 1 };
     for source in textures[id].sources() {
-        sum = sum.saturating_add(count(textures, source.0 as usize, lookups)?);
+        let of_source = count(textures, source.0 as usize, level + 1, known)?;
+        all.lookups = all.lookups.saturating_add(of_source.lookups);
+        all.depth = all.depth.max(of_source.depth + 1);
     }
-    lookups[id] = Lookups::Known(sum);
-    Some(sum)
+    known[id] = Lookups::Known(all);
+    Ok(all)
 }
 
-/// The colour of a source of the scene file.
-pub(super) fn color(desc: &SceneDesc, source: &Spanned<ColorSource>) -> Result<Color, Problem> {
-    let texture = |name: &str| {
-        let is_it = |entry: &TextureEntry| entry.name.get_ref() == name;
-        match desc.textures.iter().position(is_it) {
-            Some(id) => Ok(TextureId(id as u32)),
+/// The textures of a scene file by name.
+pub(super) struct TextureNames<'a> {
+    textures: &'a [TextureEntry],
+    ids: HashMap<&'a str, u32>,
+}
+
+impl<'a> TextureNames<'a> {
+    pub fn new(desc: &'a SceneDesc) -> Self {
+        let names = desc.textures.iter().map(|entry| entry.name.get_ref().as_str());
+        Self {
+            textures: &desc.textures,
+            ids: names.zip(0..).collect(),
+        }
+    }
+
+    /// The texture of a name, which is at `span`.
+    pub fn entry(&self, name: &str, span: std::ops::Range<usize>) -> Result<(TextureId, &'a TextureEntry), Problem> {
+        match self.ids.get(name) {
+            Some(&id) => Ok((TextureId(id), &self.textures[id as usize])),
             None => {
-                let known = desc.textures.iter().map(|t| &t.name);
-                Err(undefined("texture", name, source.span(), known))
+                let known = self.textures.iter().map(|entry| &entry.name);
+                Err(undefined("texture", name, span, known))
             }
         }
-    };
-    Ok(match source.get_ref() {
-        ColorSource::Constant(color) => Color::Constant(*color),
-        ColorSource::Texture(name) => Color::Texture(texture(name)?),
-        ColorSource::Tinted { texture: name, tint } => Color::Tinted(texture(name)?, *tint),
-    })
+    }
+
+    /// The colour of a source.
+    pub fn color(&self, source: &Spanned<ColorSource>) -> Result<Color, Problem> {
+        let texture = |name: &str| self.entry(name, source.span()).map(|(id, _)| id);
+        Ok(match source.get_ref() {
+            ColorSource::Constant(color) => Color::Constant(*color),
+            ColorSource::Texture(name) => Color::Texture(texture(name)?),
+            ColorSource::Tinted { texture: name, tint } => Color::Tinted(texture(name)?, *tint),
+        })
+    }
+
+    /// The colour of a source that holds directions along the tangents of a surface.
+    pub fn directions(&self, source: &Spanned<ColorSource>) -> Result<Color, Problem> {
+        if let ColorSource::Texture(name) | ColorSource::Tinted { texture: name, .. } = source.get_ref()
+            && let (_, entry) = self.entry(name, source.span())?
+            && entry.mapping.has_sides()
+        {
+            let message =
+                format!("`{name}` is mapped from three sides, and directions have tangents of their own on each");
+            let help = "map it by `uv` or `planar`, or give the material a `bump` of heights";
+            return Err(Problem::at(source.span(), message).with_help(help));
+        }
+        self.color(source)
+    }
 }

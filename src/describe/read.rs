@@ -297,24 +297,29 @@ impl Reader<'_> {
     /// Parses the table of a texture.
     pub fn texture(&mut self, name: Spanned<String>, mut value: Value<'_>) -> Option<TextureEntry> {
         let span = value.span();
-        let mut mapping = MappingDesc::default();
-        if let DeValue::Table(table) = value.get_mut()
-            && let Some(given) = table.remove("mapping")
-        {
-            mapping = self.kind(given, &kind_tables::MAPPING)?;
-        }
-        let mut transform = StTransformDesc::default();
-        if let DeValue::Table(table) = value.get_mut()
-            && let Some(given) = table.remove("transform")
-        {
-            if mapping.is_solid() {
-                let message = "`transform` is for the coordinates s and t alone";
-                let help = "give `mapping.object` or `mapping.world` a `scale`, `rotate` and `offset`";
-                self.problems.push(Problem::at(given.span(), message).with_help(help));
+        let mut placed_by = Vec::new();
+        let mut take = |key: &'static str| {
+            let given = take_key(&mut value, key)?;
+            placed_by.push(Spanned::new(given.span(), key));
+            Some(given)
+        };
+        let [mapping, transform, warp] = ["mapping", "transform", "warp"].map(&mut take);
+        let factor = take_key(&mut value, "factor");
+        let mapping: MappingDesc = match mapping {
+            Some(given) => self.kind(given, &kind_tables::MAPPING)?,
+            None => MappingDesc::default(),
+        };
+        let transform: StTransformDesc = match transform {
+            Some(given) => {
+                if mapping.is_solid() {
+                    let message = "`transform` is for the coordinates s and t alone";
+                    let help = "give `mapping.object` or `mapping.world` a `scale`, `rotate` and `offset`";
+                    self.problems.push(Problem::at(given.span(), message).with_help(help));
+                }
+                self.entity(given)?
             }
-            transform = self.entity(given)?;
-        }
-        let (warp, factor) = (take_key(&mut value, "warp"), take_key(&mut value, "factor"));
+            None => StTransformDesc::default(),
+        };
         let (warp, factor) = (self.optional(warp), self.optional(factor));
         let pattern: PatternDesc = self.kind(Spanned::new(span, value.into_inner()), &kind_tables::TEXTURE)?;
         Some(TextureEntry {
@@ -324,6 +329,7 @@ impl Reader<'_> {
             transform,
             warp,
             factor,
+            placed_by,
         })
     }
 

@@ -178,9 +178,9 @@ impl Default for BackgroundDesc {
 ///
 /// A texture moves with its object: `mapping.planar` reads the object's own coordinates. The bottom row of an image is t = 0.
 ///
-/// The channels of the texture that `warp` names are moved by twice `amount` (a number or `[s, t, r]`, in units of the coordinates) times their value
-/// minus 0.5: s by red, t by green, a third coordinate by blue. Textures that read others, such as `mix` and `ramp`, take their numbers in linear light
-/// with the primaries of Rec. 709. No texture may contain itself.
+/// `warp` moves s by the red channel of another texture, t by green and a third coordinate by blue: by `amount` (a number or one for each coordinate,
+/// in units of the coordinates) where the channel is 1, by nothing where it is 0.5, and back by `amount` where it is 0.
+/// Textures that read others (`mix`, `ramp`) take their numbers in linear light of Rec. 709. At most 64 are nested; none may contain itself.
 ///
 /// ```toml
 /// [texture.bricks]
@@ -198,6 +198,8 @@ pub struct TextureEntry {
     pub transform: StTransformDesc,
     pub warp: Option<WarpDesc>,
     pub factor: Option<RgbFactor>,
+    /// The keys that are given and tell where the texture lies.
+    pub placed_by: Vec<Spanned<&'static str>>,
 }
 
 /// A material: how a surface reflects, transmits and emits light.

@@ -34,13 +34,13 @@ impl BsdfVisitor for Scatter<'_, '_> {
             material,
             ..
         } = self;
-        let has_map = context.scene.shading.normal_map(surface.material).is_some();
         let shading_frame = shading_frame(context.scene, surface, material, bsdf);
         let adapted = shading_frame.adapt(bsdf);
         let bsdf = adapted.as_ref().unwrap_or(bsdf);
         let ShadingFrame { frame, base, coat, .. } = shading_frame;
         let wo_local = frame.to_local(surface.wo);
-        if (has_map || coat.is_some()) && !bsdf.transmits() {
+        let has_map = || context.scene.shading.normal_map(surface.material).is_some();
+        if !bsdf.transmits() && (coat.is_some() || has_map()) {
             let folded = Folded {
                 bsdf,
                 plane: frame.to_local(base),

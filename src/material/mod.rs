@@ -8,7 +8,7 @@ use crate::{
     bsdf::Bsdf,
     kind::kinds,
     math::{Rgb, Vec3, WorkingSpace},
-    texture::{Color, Scalar, TextureId, TexturePoint, Textures},
+    texture::{Color, FindColor, Scalar, TextureId, TexturePoint, Textures},
     value::{Channel, ColorSource, Problem, ScalarSource, Spanned},
 };
 
@@ -246,7 +246,9 @@ impl Emission {
 
 /// The lookup of names when materials are compiled.
 pub struct Find<'a> {
-    pub color: &'a dyn Fn(&Spanned<ColorSource>) -> Result<Color, Problem>,
+    pub color: &'a FindColor<'a>,
+    /// The same of sources that hold directions along the tangents of a surface.
+    pub directions: &'a FindColor<'a>,
     pub material: &'a dyn Fn(&Spanned<String>) -> Result<MaterialId, Problem>,
 }
 
@@ -256,24 +258,14 @@ impl Find<'_> {
         (self.color)(source)
     }
 
+    /// The directions of a source.
+    fn directions(&self, source: &Spanned<ColorSource>) -> Result<Color, Problem> {
+        (self.directions)(source)
+    }
+
     /// Another material by its name.
     fn material(&self, name: &Spanned<String>) -> Result<MaterialId, Problem> {
         (self.material)(name)
-    }
-}
-
-/// Compiles a scalar source; a texture without a channel uses `default_channel`.
-fn scalar(source: &Spanned<ScalarSource>, default_channel: Channel, find: &Find<'_>) -> Result<Scalar, Problem> {
-    match source.get_ref() {
-        ScalarSource::Constant(v) => Ok(Scalar::Constant(*v)),
-        ScalarSource::Texture { name, channel } => {
-            match find.color(&Spanned::new(source.span(), ColorSource::Texture(name.clone())))? {
-                Color::Constant(c) => Ok(Scalar::Constant(c.r)),
-                Color::Texture(id) | Color::Tinted(id, _) => {
-                    Ok(Scalar::Texture(id, channel.unwrap_or(default_channel), 1.0))
-                }
-            }
-        }
     }
 }
 
@@ -284,16 +276,9 @@ fn unit_scalar(
     channel: Channel,
     find: &Find<'_>,
 ) -> Result<Scalar, Problem> {
-    let Some(source) = source else {
-        return Ok(Scalar::Constant(default));
-    };
-    match source.get_ref() {
-        ScalarSource::Constant(v) if *v > 1.0 => {
-            let message = format!("expected a number from 0 to 1, found {v}");
-            Err(Problem::at(source.span(), message))
-        }
-        _ => scalar(source, channel, find),
-    }
+    source.map_or(Ok(Scalar::Constant(default)), |source| {
+        Scalar::compile_unit(source, channel, find.color)
+    })
 }
 
 kinds! {

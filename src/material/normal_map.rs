@@ -27,7 +27,7 @@ pub struct NormalDesc {
 
 impl BumpDesc {
     pub fn compile(&self, find: &Find<'_>) -> Result<NormalMap, Problem> {
-        match super::scalar(&self.height, Channel::R, find)? {
+        match Scalar::compile(&self.height, Channel::R, find.color)? {
             Scalar::Texture(texture, channel, _) | Scalar::Inverted(texture, channel, _) => {
                 Ok(NormalMap::Heights(HeightMap {
                     texture,
@@ -42,7 +42,7 @@ impl BumpDesc {
 
 impl NormalDesc {
     pub fn compile(&self, find: &Find<'_>) -> Result<NormalMap, Problem> {
-        let color = find.color(&self.map)?;
+        let color = find.directions(&self.map)?;
         if color.is_constant() {
             return Err(without_texture(self.map.span()));
         }

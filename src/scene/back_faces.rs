@@ -64,10 +64,9 @@ impl UsedBackFaces {
         materials: &[MaterialBackFaces],
     ) -> Self {
         let has_object = |backs| objects.clone().any(|own| own == Some(backs));
+        let reads_files = has_object(ObjectBackFaces::File);
         let has = |of_object, of_material| {
-            let is_of = |m: &MaterialBackFaces| {
-                m.own == of_material || m.in_file == of_material && has_object(ObjectBackFaces::File)
-            };
+            let is_of = |m: &MaterialBackFaces| m.own == of_material || reads_files && m.in_file == of_material;
             has_object(of_object) || materials.iter().any(is_of)
         };
         Self {

@@ -442,18 +442,21 @@ impl SceneBuilder {
             named_nodes: self.named_nodes,
             hidden: self.hidden,
         };
+        let of_objects = geometry.objects.iter().map(|object| object.back_faces);
+        let mut materials = self.materials;
+        let black = UsedBackFaces::new(of_objects, &self.back_faces).black.then(|| {
+            materials.push(Material::black());
+            MaterialId(materials.len() as u32 - 1)
+        });
         let mut shading = SceneShading::new(
-            (self.material_names, self.materials, self.normal_maps),
+            (self.material_names, materials, self.normal_maps),
             (self.textures, self.bitmaps),
             (self.lights, self.profiles),
             (self.light_groups, self.light_links),
             self.background,
         );
         shading.back_faces = self.back_faces;
-        let of_objects = geometry.objects.iter().map(|object| object.back_faces);
-        if UsedBackFaces::new(of_objects, &shading.back_faces).black {
-            shading.add_black();
-        }
+        shading.black = black;
         Ok(Scene::new(self.origin, Arc::new(geometry), Arc::new(shading)))
     }
 }

@@ -151,13 +151,6 @@ impl SceneShading {
         shading
     }
 
-    /// Adds the material of black backs.
-    pub(super) fn add_black(&mut self) {
-        self.black = Some(MaterialId(self.materials.len() as u32));
-        self.materials.push(Material::black());
-        self.derive();
-    }
-
     /// Replaces these values.
     pub(super) fn update(&mut self, update: ShadingUpdate) {
         let has_materials = !(update.materials.is_empty() && update.normal_maps.is_empty());

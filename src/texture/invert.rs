@@ -12,7 +12,8 @@
 //! noise = { scale = 5 }
 //! ```
 //!
-//! Each channel is 1 minus that of the input, and at least 0. The input keeps its own mapping; that of this texture is not used.
+//! Each channel is 1 minus that of the input, and at least 0. The input has its own mapping; this texture has no `mapping`, `transform` or
+//! `warp`.
 
 use serde::Deserialize;
 
@@ -49,6 +50,10 @@ impl PatternKind for Invert {
 
     fn max_value(&self, _textures: &Textures<'_>) -> Rgb {
         Rgb::WHITE
+    }
+
+    fn has_coordinates(&self) -> bool {
+        false
     }
 
     fn sources(&self) -> [Option<TextureId>; 3] {

@@ -19,7 +19,7 @@
 //!
 //! `triplanar` lays a picture onto a body without texture coordinates, from the sides of x, y and z: its width and height are 1 m at a `scale` of 1.
 //! `space` is `"object"` (the default) or `"world"`. Between the sides the picture is blended: over nothing with a `blend` of 0, over all of a ball with 1
-//! (default 0.3). A bump takes its heights from it as well; a normal map cannot.
+//! (default 0.3). A bump takes its heights from it as well; a normal map cannot be mapped so.
 //!
 //! ```toml
 //! [texture.floor]

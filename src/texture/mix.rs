@@ -14,7 +14,8 @@
 //! mapping = "object"
 //! ```
 //!
-//! Each channel is a (1 - f) + b f, in linear light. The textures keep their own mappings; that of the mixture is not used.
+//! Each channel is a (1 - f) + b f, in linear light. The textures have their own mappings; a mixture has no `mapping`,
+//! `transform` or `warp`.
 
 use serde::Deserialize;
 
@@ -70,6 +71,10 @@ impl PatternKind for MixPattern {
     fn max_value(&self, textures: &Textures<'_>) -> Rgb {
         let [a, b] = self.sources.each_ref().map(|source| textures.max_numbers(source));
         a.max(b)
+    }
+
+    fn has_coordinates(&self) -> bool {
+        false
     }
 
     fn sources(&self) -> [Option<TextureId>; 3] {

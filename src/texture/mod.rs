@@ -45,7 +45,7 @@ pub use bitmap::Bitmap;
 pub use lookup::Lookup;
 pub use mapping::{Mapping, MappingDesc};
 pub use point::{ScenePlace, TexturePoint, TextureSpace, VertexAttributes};
-pub use source::{Color, Scalar};
+pub use source::{Color, FindColor, Scalar};
 pub use textures::Textures;
 pub use transform::{StTransform, StTransformDesc};
 pub use warp::{Warp, WarpDesc};
@@ -109,6 +109,11 @@ pub trait PatternKind {
         [None; 3]
     }
 
+    /// Whether it reads the coordinates of a point. A pattern that is made of other textures leaves them to these.
+    fn has_coordinates(&self) -> bool {
+        true
+    }
+
     /// The lengths after which the pattern repeats along s and t; 0 where it never does.
     fn periods(&self) -> DVec2 {
         DVec2::ZERO
@@ -124,7 +129,7 @@ pub trait PatternKind {
 pub struct FindSources<'a> {
     /// The bitmap of an image file in a colour space.
     pub bitmap: &'a dyn Fn(&image::ImageDesc) -> Result<BitmapId, Problem>,
-    pub color: &'a dyn Fn(&Spanned<ColorSource>) -> Result<Color, Problem>,
+    pub color: &'a FindColor<'a>,
 }
 
 impl FindSources<'_> {
@@ -135,27 +140,12 @@ impl FindSources<'_> {
 
     /// The number of a source; a texture without a channel is read in red.
     fn scalar(&self, source: &Spanned<ScalarSource>) -> Result<Scalar, Problem> {
-        Ok(match source.get_ref() {
-            ScalarSource::Constant(v) => Scalar::Constant(*v),
-            ScalarSource::Texture { name, channel } => {
-                let texture = Spanned::new(source.span(), ColorSource::Texture(name.clone()));
-                match self.color(&texture)?.texture() {
-                    Some(id) => Scalar::Texture(id, channel.unwrap_or(Channel::R), 1.0),
-                    None => Scalar::Constant(0.0),
-                }
-            }
-        })
+        Scalar::compile(source, Channel::R, self.color)
     }
 
     /// The number of a source, from 0 to 1.
     fn unit_scalar(&self, source: &Spanned<ScalarSource>) -> Result<Scalar, Problem> {
-        match source.get_ref() {
-            ScalarSource::Constant(v) if *v > 1.0 => {
-                let message = format!("expected a number from 0 to 1, found {v}");
-                Err(Problem::at(source.span(), message))
-            }
-            _ => self.scalar(source),
-        }
+        Scalar::compile_unit(source, Channel::R, self.color)
     }
 }
 
@@ -198,6 +188,8 @@ kinds! {
     fn is_band_limited(&self) -> bool;
     /// See [`PatternKind::sources`].
     fn sources(&self) -> [Option<TextureId>; 3];
+    /// See [`PatternKind::has_coordinates`].
+    fn has_coordinates(&self) -> bool;
     /// See [`PatternKind::periods`].
     fn periods(&self) -> DVec2;
     /// See [`PatternKind::steps`].
@@ -298,41 +290,53 @@ impl Texture {
         self.transform.vector(st) + origin
     }
 
-    fn lookup<'a>(&'a self, textures: &'a Textures<'a>, at: &'a TexturePoint) -> Lookup<'a> {
+    /// Whether it shows its pattern as it is: nothing moves, scales or blends it.
+    #[inline]
+    fn is_plain(&self) -> bool {
+        self.warp.is_none() && self.factor == Rgb::WHITE && self.mapping.triplanar().is_none()
+    }
+
+    /// The look-up of a plain texture.
+    #[inline]
+    fn plain_lookup<'a>(&'a self, textures: &'a Textures<'a>, at: &'a TexturePoint) -> Lookup<'a> {
         Lookup {
             textures,
             texture: self,
             at,
-            shift: self.warp.as_ref().map(|warp| warp.shift(textures, at)),
+            shift: None,
             side: None,
         }
     }
 
-    /// The mean of `read`, a colour and a number, over the sides of a body that a point shows; `None` where the mapping has no sides.
-    #[inline]
+    /// The mean of `read`, a colour and a number, over the sides of a body that a point shows; without sides what it reads.
     fn over_sides(
         &self,
         textures: &Textures<'_>,
         at: &TexturePoint,
         read: impl Fn(&Lookup<'_>) -> (Rgb, f32),
-    ) -> Option<(Rgb, f32)> {
-        let sides = self.mapping.triplanar()?.sides(at);
-        let lookup = self.lookup(textures, at);
-        let shown = sides.into_iter().filter(|(_, share)| *share > 0.0);
-        Some(shown.fold((Rgb::BLACK, 0.0), |(color, number), (side, share)| {
+    ) -> (Rgb, f32) {
+        let lookup = Lookup {
+            shift: self.warp.as_ref().map(|warp| warp.shift(textures, at)),
+            ..self.plain_lookup(textures, at)
+        };
+        let Some(triplanar) = self.mapping.triplanar() else {
+            return read(&lookup);
+        };
+        let shown = triplanar.sides(at).into_iter().filter(|(_, share)| *share > 0.0);
+        shown.fold((Rgb::BLACK, 0.0), |(color, number), (side, share)| {
             let side = Some(side);
             let of_side = read(&Lookup { side, ..lookup });
             (color + of_side.0 * share, number + of_side.1 * share)
-        }))
+        })
     }
 
     /// The opacity, from 0 to 1.
     pub fn alpha(&self, textures: &Textures<'_>, at: &TexturePoint) -> f32 {
-        let of_sides = self.over_sides(textures, at, |lookup| (Rgb::BLACK, self.pattern.alpha(lookup)));
-        of_sides.map_or_else(
-            || self.pattern.alpha(&self.lookup(textures, at)),
-            |(_, alpha)| alpha.min(1.0),
-        )
+        if self.is_plain() {
+            return self.pattern.alpha(&self.plain_lookup(textures, at));
+        }
+        let (_, alpha) = self.over_sides(textures, at, |lookup| (Rgb::BLACK, self.pattern.alpha(lookup)));
+        alpha.min(1.0)
     }
 
     /// The directions in which s and t grow, each while the other stays, in the frame of the surface's tangent and bitangent, at a
@@ -365,16 +369,21 @@ impl Texture {
 
     /// The numbers at a point.
     pub(super) fn data(&self, textures: &Textures<'_>, at: &TexturePoint) -> Rgb {
-        let of_sides = self.over_sides(textures, at, |lookup| (self.pattern.numbers(lookup), 0.0));
-        let numbers = of_sides.map_or_else(
-            || self.pattern.numbers(&self.lookup(textures, at)),
-            |(numbers, _)| numbers,
-        );
-        if self.factor == Rgb::WHITE {
+        if self.is_plain() {
+            return self.pattern.numbers(&self.plain_lookup(textures, at));
+        }
+        self.composed_data(textures, at)
+    }
+
+    /// The same for a texture that is not plain.
+    #[inline(never)]
+    fn composed_data(&self, textures: &Textures<'_>, at: &TexturePoint) -> Rgb {
+        let (numbers, _) = self.over_sides(textures, at, |lookup| (self.pattern.numbers(lookup), 0.0));
+        source::finite(if self.factor == Rgb::WHITE {
             numbers
         } else {
-            source::finite(numbers * self.factor)
-        }
+            numbers * self.factor
+        })
     }
 
     /// The numbers at a point as other textures read them, all of them finite.
@@ -384,8 +393,7 @@ impl Texture {
 
     /// The moments as other textures read them, all of them finite, see [`PatternKind::moments`].
     pub(super) fn source_moments(&self, textures: &Textures<'_>, at: &TexturePoint) -> (Rgb, f32) {
-        let of_sides = self.over_sides(textures, at, |lookup| self.pattern.moments(lookup));
-        let (numbers, spread) = of_sides.unwrap_or_else(|| self.pattern.moments(&self.lookup(textures, at)));
+        let (numbers, spread) = self.over_sides(textures, at, |lookup| self.pattern.moments(lookup));
         let spread = source::finite(Rgb::gray(spread * self.factor.mean())).r;
         (source::finite(self.rec709.convert(numbers * self.factor)), spread)
     }
@@ -394,7 +402,7 @@ impl Texture {
     pub(super) fn steps_per_uv(&self, textures: &Textures<'_>, at: &TexturePoint) -> Vec2 {
         let of_source = |id: TextureId| textures.textures[id.0 as usize].steps_per_uv(textures, at);
         let of_sources = self.sources().map(of_source).fold(Vec2::ZERO, Vec2::max);
-        if self.pattern.sources().iter().any(Option::is_some) {
+        if !self.pattern.has_coordinates() {
             return of_sources;
         }
         of_sources.max(self.own_steps_per_uv(textures, at))

@@ -16,8 +16,8 @@
 //! mapping = "object"
 //! ```
 //!
-//! Each channel is multiplied, in linear light. The textures keep their own mappings; that of the product is not used. To multiply one texture by
-//! a colour, `factor` of its table is enough.
+//! Each channel is multiplied, in linear light. The textures have their own mappings; a product has no `mapping`, `transform`
+//! or `warp`. To multiply one texture by a colour, `factor` of its table is enough.
 
 use serde::Deserialize;
 
@@ -57,6 +57,10 @@ impl PatternKind for Multiply {
     fn max_value(&self, textures: &Textures<'_>) -> Rgb {
         let [a, b] = self.0.each_ref().map(|source| textures.max_numbers(source));
         a * b
+    }
+
+    fn has_coordinates(&self) -> bool {
+        false
     }
 
     fn sources(&self) -> [Option<TextureId>; 3] {

@@ -9,7 +9,7 @@
 //! | `lacunarity` | number of at least 1: how much finer | | 2 |
 //! | `gain` | number from 0 to 1: how much weaker | | 0.5 |
 //! | `seed` | whole number: another seed is another noise | | 0 |
-//! | `colored` | whether each channel has a noise of its own, as `warp` needs it | | `false` |
+//! | `colored` | whether each channel has a noise of its own, so that a `warp` by it moves each coordinate differently | | `false` |
 //!
 //! ```toml
 //! [texture.clouds]

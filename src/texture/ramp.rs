@@ -20,7 +20,7 @@
 //! mapping = "object"
 //! ```
 //!
-//! Before the first stop and behind the last the colour stays. The input keeps its own mapping; that of the ramp is not used.
+//! Before the first stop and behind the last the colour stays. The input has its own mapping; a ramp has no `mapping`, `transform` or `warp`.
 //! Contrast that is smaller than what a ray sees of the surface is taken into account: from afar the ramp shows the mean of its colours over the values of
 //! the input, not the colour of the mean.
 //!
@@ -203,6 +203,10 @@ impl PatternKind for ColorRamp {
 
     fn max_value(&self, _textures: &Textures<'_>) -> Rgb {
         self.stops().iter().fold(Rgb::BLACK, |most, stop| most.max(stop.color))
+    }
+
+    fn has_coordinates(&self) -> bool {
+        false
     }
 
     fn sources(&self) -> [Option<TextureId>; 3] {

@@ -1,4 +1,4 @@
-//! A texture with other values: a range of its numbers becomes another one.
+//! The numbers of a texture from one range to another: more contrast, less, or turned over.
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
@@ -15,7 +15,8 @@
 //! noise = { scale = 4 }
 //! ```
 //!
-//! Each channel is remapped by itself. `to = [0.9, 0.1]` turns the texture over. The input keeps its own mapping; that of this texture is not used.
+//! Each channel is remapped by itself. `to = [0.9, 0.1]` turns the texture over. The input has its own mapping; this texture has no `mapping`, `transform`
+//! or `warp`.
 //! Contrast that is smaller than what a ray sees of the surface is taken into account: values that are cut off darken or lighten it from afar as
 //! they do from nearby.
 
@@ -127,6 +128,10 @@ impl PatternKind for Remap {
                 most.map(value).max(Rgb::gray(value(0.0)))
             }
         }
+    }
+
+    fn has_coordinates(&self) -> bool {
+        false
     }
 
     fn sources(&self) -> [Option<TextureId>; 3] {

@@ -3,7 +3,7 @@
 use super::TextureId;
 use crate::{
     math::{Rgb, WorkingSpace},
-    value::Channel,
+    value::{Channel, ColorSource, Problem, ScalarSource, Spanned},
 };
 
 /// A colour of a material, constant or textured.
@@ -19,6 +19,16 @@ impl Color {
     /// Whether it is the same everywhere.
     pub fn is_constant(&self) -> bool {
         matches!(self, Self::Constant(_))
+    }
+
+    /// The colour where its texture has the one that `of` tells.
+    #[inline(always)]
+    pub(super) fn with(&self, of: impl FnOnce(TextureId) -> Rgb) -> Rgb {
+        match self {
+            Self::Constant(color) => *color,
+            Self::Texture(id) => of(*id),
+            Self::Tinted(id, tint) => of(*id) * *tint,
+        }
     }
 
     /// The texture that it reads.
@@ -48,7 +58,38 @@ pub enum Scalar {
     Inverted(TextureId, Channel, f32),
 }
 
+/// The lookup of the colour of a source.
+pub type FindColor<'a> = dyn Fn(&Spanned<ColorSource>) -> Result<Color, Problem> + 'a;
+
 impl Scalar {
+    /// Compiles a source; a texture without a channel is read in `channel`.
+    pub fn compile(source: &Spanned<ScalarSource>, channel: Channel, find: &FindColor<'_>) -> Result<Self, Problem> {
+        Ok(match source.get_ref() {
+            ScalarSource::Constant(v) => Self::Constant(*v),
+            ScalarSource::Texture { name, channel: given } => {
+                match find(&Spanned::new(source.span(), ColorSource::Texture(name.clone())))? {
+                    Color::Constant(color) => Self::Constant(color.r),
+                    Color::Texture(id) | Color::Tinted(id, _) => Self::Texture(id, given.unwrap_or(channel), 1.0),
+                }
+            }
+        })
+    }
+
+    /// Compiles a source of numbers from 0 to 1.
+    pub fn compile_unit(
+        source: &Spanned<ScalarSource>,
+        channel: Channel,
+        find: &FindColor<'_>,
+    ) -> Result<Self, Problem> {
+        match source.get_ref() {
+            ScalarSource::Constant(v) if *v > 1.0 => {
+                let message = format!("expected a number from 0 to 1, found {v}");
+                Err(Problem::at(source.span(), message))
+            }
+            _ => Self::compile(source, channel, find),
+        }
+    }
+
     /// Whether it is the same everywhere.
     pub fn is_constant(&self) -> bool {
         matches!(self, Self::Constant(_))

@@ -19,20 +19,12 @@ pub struct Textures<'a> {
 impl Textures<'_> {
     #[inline(always)]
     pub fn color(&self, color: &Color, at: &TexturePoint) -> Rgb {
-        match color {
-            Color::Constant(c) => *c,
-            Color::Texture(id) => self.look_up(*id, at),
-            Color::Tinted(id, tint) => self.look_up(*id, at) * *tint,
-        }
+        color.with(|id| self.look_up(id, at))
     }
 
     /// The numbers of a source of data, which belong to no colour space.
     pub fn data(&self, source: &Color, at: &TexturePoint) -> Rgb {
-        match source {
-            Color::Constant(c) => *c,
-            Color::Texture(id) => self.numbers(*id, at),
-            Color::Tinted(id, tint) => self.numbers(*id, at) * *tint,
-        }
+        source.with(|id| self.numbers(id, at))
     }
 
     /// A direction along the s and t of a source, in the frame of the surface's tangent and bitangent.
@@ -93,39 +85,26 @@ impl Textures<'_> {
 
     /// The largest channel of a colour over the whole surface.
     pub fn max_value(&self, color: &Color) -> f32 {
-        let of = |id: &TextureId| {
+        let of = |id: TextureId| {
             let texture = &self.textures[id.0 as usize];
             texture.colors.convert(texture.max_numbers(self))
         };
-        let max_value = match color {
-            Color::Constant(c) => *c,
-            Color::Texture(id) => of(id),
-            Color::Tinted(id, tint) => of(id) * *tint,
-        };
-        max_value.max_component()
+        color.with(of).max_component()
     }
 
     /// The largest value of each channel of a source that another texture reads.
     pub(super) fn max_numbers(&self, source: &Color) -> Rgb {
-        let of = |id: &TextureId| {
+        let of = |id: TextureId| {
             let texture = &self.textures[id.0 as usize];
             texture.rec709.convert(texture.max_numbers(self))
         };
-        match source {
-            Color::Constant(c) => *c,
-            Color::Texture(id) => of(id),
-            Color::Tinted(id, tint) => of(id) * *tint,
-        }
+        source.with(of)
     }
 
     /// The numbers of a source that another texture reads.
     pub(super) fn source_numbers(&self, source: &Color, at: &TexturePoint) -> Rgb {
-        let of = |id: &TextureId| self.textures[id.0 as usize].source_numbers(self, at);
-        match source {
-            Color::Constant(c) => *c,
-            Color::Texture(id) => of(id),
-            Color::Tinted(id, tint) => finite(of(id) * *tint),
-        }
+        let of = |id: TextureId| self.textures[id.0 as usize].source_numbers(self, at);
+        finite(source.with(of))
     }
 
     /// The numbers of a source that another texture reads, and their standard deviation within the footprint.
@@ -133,12 +112,12 @@ impl Textures<'_> {
         if at.footprint == [Vec2::ZERO; 2] {
             return (self.source_numbers(source, at), 0.0);
         }
-        let of = |id: &TextureId| self.textures[id.0 as usize].source_moments(self, at);
+        let of = |id: TextureId| self.textures[id.0 as usize].source_moments(self, at);
         match source {
             Color::Constant(c) => (*c, 0.0),
-            Color::Texture(id) => of(id),
+            Color::Texture(id) => of(*id),
             Color::Tinted(id, tint) => {
-                let (numbers, spread) = of(id);
+                let (numbers, spread) = of(*id);
                 (finite(numbers * *tint), spread * tint.mean())
             }
         }
@@ -146,13 +125,8 @@ impl Textures<'_> {
 
     /// A bound on the largest channel of a colour over a triangle with these corners, as it is without a footprint.
     pub fn max_within(&self, color: &Color, corners: &[TexturePoint; 3]) -> f32 {
-        let of = |id: &TextureId| self.textures[id.0 as usize].max_within(self, corners);
-        let max_value = match color {
-            Color::Constant(c) => *c,
-            Color::Texture(id) => of(id),
-            Color::Tinted(id, tint) => of(id) * *tint,
-        };
-        max_value.max_component()
+        let of = |id: TextureId| self.textures[id.0 as usize].max_within(self, corners);
+        color.with(of).max_component()
     }
 
     fn look_up(&self, id: TextureId, at: &TexturePoint) -> Rgb {

@@ -5,6 +5,7 @@ mod architecture;
 mod back_faces;
 mod light_links;
 mod lights;
+mod made_textures;
 mod measures;
 mod model_parts;
 mod motion_blur;

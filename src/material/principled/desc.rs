@@ -101,7 +101,7 @@ impl PrincipledDesc {
             clearcoat_normal: match &self.clearcoat_normal {
                 None => None,
                 Some(source) => Some(TangentNormals {
-                    color: find.color(source)?,
+                    color: find.directions(source)?,
                     scale: self.clearcoat_normal_scale.map_or(1.0, f32::from),
                 }),
             },
@@ -116,12 +116,12 @@ impl PrincipledDesc {
             anisotropy_direction: self
                 .anisotropy_direction
                 .as_ref()
-                .map(|source| find.color(source))
+                .map(|source| find.directions(source))
                 .transpose()?,
             anisotropy_rotation: self.anisotropy_rotation.map_or(0.0, |r| trig::radians(r.0)),
             emissive: color(&self.emissive, plain.emissive)?,
             emissive_strength: self.emissive_strength.map_or(1.0, f32::from),
-            normal: self.normal.as_ref().map(|source| find.color(source)).transpose()?,
+            normal: self.normal.as_ref().map(|source| find.directions(source)).transpose()?,
             normal_scale: self.normal_scale.map_or(1.0, f32::from),
             opacity: unit_scalar(&self.opacity, 1.0, Channel::A)?,
             alpha_mode: self.alpha_mode()?,

@@ -56,6 +56,7 @@ fn compiled(room: &str, text: &str) -> Option<[Vec<String>; 2]> {
         "material" => {
             let find = Find {
                 color: &color,
+                directions: &color,
                 material: &|_| Ok(MaterialId(0)),
             };
             let material = toml::from_str::<MaterialDesc>(text).ok()?.compile(&find).ok()?;
