@@ -8,7 +8,7 @@
 
 use std::{
     fs::{self, File, OpenOptions},
-    io::{self, BufWriter, Write},
+    io::{self, BufWriter, Seek, Write},
     path::{Path, PathBuf},
 };
 
@@ -22,8 +22,16 @@ pub const TEMPORARY_SUFFIX: &str = ".tmp";
 
 const BUFFER: usize = 1 << 18;
 
+/// A new file, which is written from its beginning.
+pub trait NewFile: Write + Seek {}
+
+impl<T: Write + Seek> NewFile for T {}
+
 /// Writes the output of `encode` to `path`, in an existing folder. On an error an old file stays, and the temporary file is removed.
-pub fn write<T>(path: &Path, encode: impl FnOnce(&mut dyn Write) -> Result<T, EncodeError>) -> Result<T, OutputError> {
+pub fn write<T>(
+    path: &Path,
+    encode: impl FnOnce(&mut dyn NewFile) -> Result<T, EncodeError>,
+) -> Result<T, OutputError> {
     let (file, written) = Pending::new(path, encode)?;
     file.put()?;
     Ok(written)
@@ -50,7 +58,7 @@ struct Pending {
 impl Pending {
     fn new<T>(
         path: &Path,
-        encode: impl FnOnce(&mut dyn Write) -> Result<T, EncodeError>,
+        encode: impl FnOnce(&mut dyn NewFile) -> Result<T, EncodeError>,
     ) -> Result<(Self, T), OutputError> {
         let failed = |source| OutputError::Write {
             source: plain(source),

@@ -15,6 +15,7 @@ mod frame;
 mod frame_attributes;
 pub mod job_file;
 mod join;
+pub mod jpg;
 mod metadata;
 pub mod npz;
 pub mod png;
@@ -43,7 +44,7 @@ pub use seal::NAME as SEAL;
 pub use sequence::{FilePattern, FilePatternError};
 
 /// Every format.
-pub const FORMATS: &[&dyn Format] = &[&exr::Exr, &npz::Npz, &png::Png];
+pub const FORMATS: &[&dyn Format] = &[&exr::Exr, &jpg::Jpg, &npz::Npz, &png::Png];
 
 /// The endings of all formats, for messages: `.exr, .npz or .png`.
 pub fn endings() -> String {
@@ -88,8 +89,9 @@ pub fn write(
     encoding: Encoding,
 ) -> Result<WriteReport, OutputError> {
     atomic::write(path, |out| {
-        let (bytes, report) = encode(format, image, encoding)?;
-        out.write_all(&bytes)?;
+        let mut out = seal::Sealing::new(out);
+        let report = format.encode(image, encoding, &mut out)?;
+        out.finish()?;
         Ok(report)
     })
 }

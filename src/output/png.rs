@@ -29,7 +29,8 @@ use crate::{
     math::hash,
 };
 
-use facts::{WINDOW, facts};
+use facts::facts;
+pub(super) use facts::{WINDOW, parse_window};
 use picture::Picture;
 
 /// The format.
@@ -97,7 +98,7 @@ fn inspect(path: &Path) -> Option<FileFacts> {
 }
 
 /// The number of NaNs among the shown values.
-fn nans(frame: &FrameImage) -> u64 {
+pub(super) fn nans(frame: &FrameImage) -> u64 {
     let count = |values: &[f32]| values.par_iter().filter(|v| v.is_nan()).count() as u64;
     let alpha = || frame.film.beauty().par_iter().filter(|p| p[3].is_nan()).count() as u64;
     match (frame.shown, frame.picture().spec.pass.is_light()) {
@@ -169,7 +170,7 @@ fn encoded<T: Copy + Send>(
 }
 
 /// The first three channels of a pixel; missing channels are 0.
-fn channels(plane: &Plane, pixel: usize) -> [f32; 3] {
+pub(super) fn channels(plane: &Plane, pixel: usize) -> [f32; 3] {
     let values = plane.pixel(pixel);
     std::array::from_fn(|i| values.get(i).copied().unwrap_or(0.0))
 }
@@ -200,7 +201,7 @@ fn window_text(window: Window, [width, height]: [u32; 2]) -> String {
     format!("{} of {width}x{height}", Value::Box2i(window))
 }
 
-fn texts(frame: &FrameImage) -> Vec<(String, String)> {
+pub(super) fn texts(frame: &FrameImage) -> Vec<(String, String)> {
     let metadata = frame.metadata;
     let mut texts = own_texts(frame.film, metadata);
     if frame.shown != Shown::All {

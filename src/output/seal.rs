@@ -6,7 +6,7 @@
 
 use std::{
     fs::File,
-    io::{self, Read},
+    io::{self, Read, Seek, SeekFrom, Write},
     ops::Range,
     path::Path,
 };
@@ -70,6 +70,17 @@ impl Place {
         }
         digits
     }
+
+    /// Puts the digits of the checksum into a file that begins with `head`; returns the end of the bytes that this changes.
+    fn put(&self, head: &mut [u8], digits: &[u8]) -> usize {
+        head[self.digits.clone()].copy_from_slice(digits);
+        let Some(chunk) = &self.chunk else {
+            return self.digits.end;
+        };
+        let checksum = crc32fast::hash(&head[chunk.clone()]);
+        head[chunk.end..chunk.end + 4].copy_from_slice(&checksum.to_be_bytes());
+        chunk.end + 4
+    }
 }
 
 /// Seals the whole bytes of a file that has the placeholder; others stay as they are.
@@ -80,10 +91,73 @@ pub(super) fn seal(bytes: &mut [u8]) {
     };
     place.clear(bytes);
     let digits = ContentHash::of(bytes).to_string();
-    bytes[place.digits.clone()].copy_from_slice(digits.as_bytes());
-    if let Some(chunk) = place.chunk {
-        let checksum = crc32fast::hash(&bytes[chunk.clone()]);
-        bytes[chunk.end..chunk.end + 4].copy_from_slice(&checksum.to_be_bytes());
+    place.put(bytes, digits.as_bytes());
+}
+
+/// Seals a new file while it is written: passes its bytes on, and hashes them.
+pub(super) struct Sealing<W> {
+    out: W,
+    /// The first bytes of the file, in which the seal is.
+    head: Vec<u8>,
+    /// Whether the first bytes are passed on.
+    is_past_head: bool,
+    place: Option<Place>,
+    hasher: blake3::Hasher,
+}
+
+impl<W: Write + Seek> Sealing<W> {
+    pub fn new(out: W) -> Self {
+        Self {
+            out,
+            head: Vec::new(),
+            is_past_head: false,
+            place: None,
+            hasher: blake3::Hasher::new(),
+        }
+    }
+
+    fn pass_head(&mut self) -> io::Result<()> {
+        self.is_past_head = true;
+        self.place = Place::find(&self.head);
+        if let Some(place) = &self.place {
+            place.clear(&mut self.head);
+        }
+        self.hasher.update(&self.head);
+        self.out.write_all(&self.head)
+    }
+
+    /// Writes the seal, if the file has the placeholder.
+    pub fn finish(mut self) -> io::Result<()> {
+        if !self.is_past_head {
+            self.pass_head()?;
+        }
+        if let Some(place) = self.place {
+            let digits = self.hasher.finalize().to_hex();
+            let end = place.put(&mut self.head, &digits.as_bytes()[..DIGITS]);
+            self.out.seek(SeekFrom::Start(place.digits.start as u64))?;
+            self.out.write_all(&self.head[place.digits.start..end])?;
+        }
+        self.out.flush()
+    }
+}
+
+impl<W: Write + Seek> Write for Sealing<W> {
+    fn write(&mut self, bytes: &[u8]) -> io::Result<usize> {
+        if self.is_past_head {
+            let length = self.out.write(bytes)?;
+            self.hasher.update(&bytes[..length]);
+            return Ok(length);
+        }
+        let length = bytes.len().min(HEAD - self.head.len());
+        self.head.extend(&bytes[..length]);
+        if self.head.len() == HEAD {
+            self.pass_head()?;
+        }
+        Ok(length)
+    }
+
+    fn flush(&mut self) -> io::Result<()> {
+        Ok(())
     }
 }
 

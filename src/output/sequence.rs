@@ -423,24 +423,24 @@ mod tests {
             ),
             (
                 "out/####",
-                "no extension to tell the format by (expected one of `exr`, `npz`, `png`): out/####",
+                "no extension to tell the format by (expected one of `exr`, `jpg`, `npz`, `png`): out/####",
             ),
             (
                 "out.exr/",
-                "no extension to tell the format by (expected one of `exr`, `npz`, `png`): out.exr/",
+                "no extension to tell the format by (expected one of `exr`, `jpg`, `npz`, `png`): out.exr/",
             ),
             (
                 ".exr",
-                "no extension to tell the format by (expected one of `exr`, `npz`, `png`): .exr",
+                "no extension to tell the format by (expected one of `exr`, `jpg`, `npz`, `png`): .exr",
             ),
             (
                 "",
-                "no extension to tell the format by (expected one of `exr`, `npz`, `png`): ",
+                "no extension to tell the format by (expected one of `exr`, `jpg`, `npz`, `png`): ",
             ),
             ("a.#.ext", "unknown format `ext` (did you mean `exr`?): a.#.ext"),
             (
                 "a.#.tiff",
-                "unknown format `tiff` (expected one of `exr`, `npz`, `png`): a.#.tiff",
+                "unknown format `tiff` (expected one of `exr`, `jpg`, `npz`, `png`): a.#.tiff",
             ),
         ] {
             assert_eq!(FilePattern::parse(pattern).unwrap_err().to_string(), message);

@@ -69,6 +69,9 @@ fn every_format_writes_the_same_whole_file_twice() {
         assert_eq!(report, write(&b, format, &frame, Encoding::default()).unwrap());
         assert_eq!(std::fs::read(&a).unwrap(), std::fs::read(&b).unwrap());
         assert_eq!(std::fs::metadata(&a).unwrap().len(), report.bytes);
+        // A file has the bytes of one that is sealed in memory.
+        let in_memory = encode(format, &frame, Encoding::default()).unwrap();
+        assert!((std::fs::read(&a).unwrap(), report) == in_memory);
         // Arrays keep what is no number.
         let nans = if format.name() == "npz" { 0 } else { 6 };
         assert!(report.nans == nans && format.inspect(&a).is_some());

@@ -11,7 +11,7 @@ use crate::{
 };
 
 /// The keyword of a crop's window.
-pub(super) const WINDOW: &str = "batch-render/window";
+pub const WINDOW: &str = "batch-render/window";
 
 /// The facts of a file with a PNG signature and the final chunk.
 pub(super) fn facts(path: &Path) -> io::Result<Option<FileFacts>> {
@@ -79,7 +79,7 @@ fn split_at_zero(bytes: &[u8]) -> Option<(&[u8], &[u8])> {
 }
 
 /// Parses a window and the size of its picture.
-fn parse_window(text: &str) -> Option<(Window, [u32; 2])> {
+pub fn parse_window(text: &str) -> Option<(Window, [u32; 2])> {
     let (window, picture) = text.split_once(" of ")?;
     let size = |text: &str| -> Option<[u32; 2]> {
         let (width, height) = text.split_once('x')?;
