@@ -43,6 +43,9 @@ impl fmt::Debug for ContentHash {
     }
 }
 
+/// The path and the content of an input file that is not on disk.
+pub type SuppliedFile = (PathBuf, Arc<[u8]>);
+
 /// Reads input files and keeps a record of them.
 #[derive(Debug, Default)]
 pub struct Files {
@@ -50,6 +53,7 @@ pub struct Files {
     allow_outside: bool,
     memory: MemoryBudget,
     warnings: Warnings,
+    supplied: Option<SuppliedFile>,
     read: Mutex<BTreeMap<PathBuf, ContentHash>>,
 }
 
@@ -67,6 +71,12 @@ impl Files {
     /// The same, which collects the warnings about files in `warnings`.
     pub fn with_warnings(mut self, warnings: Warnings) -> Self {
         self.warnings = warnings;
+        self
+    }
+
+    /// The same with a file of this path and content, whatever is on disk.
+    pub fn with_supplied(mut self, file: Option<SuppliedFile>) -> Self {
+        self.supplied = file;
         self
     }
 
@@ -107,6 +117,18 @@ impl Files {
     /// The file cannot be read. The kind is `InvalidInput` for anything but a regular file, such as a named pipe, which could
     /// block, or a device without an end, and `OutOfMemory` for a file that exceeds the remaining memory.
     pub fn read(&self, path: &Path) -> io::Result<Arc<[u8]>> {
+        let supplied = self.supplied.as_ref().filter(|(other, _)| other == path);
+        let bytes = match supplied {
+            Some((_, bytes)) => Arc::clone(bytes),
+            None => self.read_from_disk(path)?,
+        };
+        let hash = ContentHash::of(&bytes);
+        let mut read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
+        read.insert(path.to_owned(), hash);
+        Ok(bytes)
+    }
+
+    fn read_from_disk(&self, path: &Path) -> io::Result<Arc<[u8]>> {
         let found = fs::metadata(path)?;
         if !found.is_file() {
             return Err(io::Error::new(io::ErrorKind::InvalidInput, "it is not a regular file"));
@@ -114,11 +136,7 @@ impl Files {
         self.memory
             .check(MemoryKind::Models, found.len())
             .map_err(|over| io::Error::new(io::ErrorKind::OutOfMemory, over))?;
-        let bytes: Arc<[u8]> = fs::read(path)?.into();
-        let hash = ContentHash::of(&bytes);
-        let mut read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
-        read.insert(path.to_owned(), hash);
-        Ok(bytes)
+        Ok(fs::read(path)?.into())
     }
 
     /// The hash of the content of a file that was read.

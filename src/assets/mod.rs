@@ -28,6 +28,6 @@ mod tangents;
 mod views;
 
 pub use asset_error::AssetError;
-pub use files::{ContentHash, Files};
+pub use files::{ContentHash, Files, SuppliedFile};
 pub use memory::{MemoryBudget, MemoryKind, OverBudget};
 pub use store::Store;

@@ -452,7 +452,9 @@ impl Job {
 
 fn store(request: &Request) -> Store {
     let memory = MemoryBudget::new(request.max_memory);
-    let files = Files::new(request.allow_outside, memory).with_warnings(request.warnings.clone());
+    let files = Files::new(request.allow_outside, memory)
+        .with_warnings(request.warnings.clone())
+        .with_supplied(request.supplied.clone());
     Store::new(request.missing_assets, files)
         .strict(request.strict)
         .texture_memory(request.texture_memory)

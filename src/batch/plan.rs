@@ -129,7 +129,7 @@ impl Plan {
         (tables, run): (&[ValueFile], Option<Arc<ModelRun>>),
     ) -> Result<Self, Error> {
         let patterns = Patterns::new(desc, request)?;
-        let mut picture = PicturePlan::new(desc, request, &patterns.rendered)?;
+        let mut picture = PicturePlan::new(desc, request, &patterns.formats())?;
         let files = FilePlan::new(desc, request, &picture, &patterns)?;
         let values = values::values(desc, tables)?;
         let chooses = |path: &[String]| path.iter().any(|key| key == "animation");
@@ -293,9 +293,10 @@ impl Plan {
 
 impl FilePlan {
     fn new(desc: &SceneDesc, request: &Request, picture: &PicturePlan, patterns: &Patterns) -> Result<Self, Error> {
-        let Patterns { rendered, denoised } = patterns;
+        let Patterns { rendered, denoised, .. } = patterns;
+        let formats = patterns.formats();
         Ok(Self {
-            encoding: encoding::of(&desc.output, request.png_depth_unit, &picture.settings.passes, rendered)?,
+            encoding: encoding::of(&desc.output, request.png_depth_unit, &picture.settings.passes, &formats)?,
             picture: patterns.picture().cloned(),
             sidecars: request.metadata.clone(),
             has_png_ids: request.png_ids.is_some(),

@@ -20,10 +20,12 @@ use super::{
     heading,
     preview::preview_path,
     settings::Settings,
+    standard_input::input_format,
+    stream::StreamForm,
     values::{crop, duration, light_units, radius, size},
 };
 
-/// Renders a scene along a camera path into EXR, PNG and NPZ sequences.
+/// Renders a scene along a camera path into EXR, NPZ, PNG and JPEG sequences.
 #[derive(Debug, Parser)]
 #[command(
     name = "batch-render",
@@ -202,13 +204,17 @@ pub enum Engine {
 
 #[derive(Debug, ClapArgs)]
 pub struct RenderArgs {
-    /// The scene file, or a model: OBJ, glTF, GLB, PLY or STL
+    /// The scene file, or a model: OBJ, glTF, GLB, PLY or STL; - is standard input
     #[arg(required = true)]
     pub scene: Option<PathBuf>,
 
     /// Camera path, a CSV file; without it, the scene's own camera renders one frame
     #[arg(long, value_name = "FILE", help_heading = heading::FRAMES)]
     pub frames: Option<PathBuf>,
+
+    /// Form of the scene on standard input: toml, or the ending of a model, such as glb
+    #[arg(long, value_name = "NAME", value_parser = input_format, hide_short_help = true, help_heading = heading::FRAMES)]
+    pub input_format: Option<String>,
 
     /// Values over frames, a CSV file of columns such as light.key.point.intensity
     #[arg(long, value_name = "FILE", hide_short_help = true, help_heading = heading::FRAMES)]
@@ -259,6 +265,10 @@ pub struct RenderArgs {
 
     #[command(flatten)]
     pub settings: Settings,
+
+    /// Form of the frames on standard output (-o -): png, jpg, exr, npz or, for films, y4m
+    #[arg(long, value_name = "NAME", value_parser = StreamForm::parse, hide_short_help = true, help_heading = heading::OUTPUT)]
+    pub output_format: Option<StreamForm>,
 
     /// Also write depth as PNG files of 16 bits: depth.####.png beside the pictures, or =PATTERN
     #[arg(long, value_name = "PATTERN", num_args = 0..=1, require_equals = true, default_missing_value = "", hide_short_help = true, help_heading = heading::OUTPUT)]

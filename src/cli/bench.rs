@@ -46,7 +46,7 @@ fn check(args: &BenchArgs, job: &Job) -> Result<(), Error> {
 pub fn run(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     if args.picture {
         picture(args, simd)
-    } else if args.settings.0.paths().next().is_none() {
+    } else if args.settings.overrides.paths().next().is_none() {
         rays(args, simd, quiet)
     } else {
         let message =
@@ -58,7 +58,7 @@ pub fn run(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
 /// Measures the stages of the scene's own picture.
 fn picture(args: &BenchArgs, simd: Isa) -> anyhow::Result<()> {
     let request = Request {
-        overrides: args.settings.0.clone(),
+        overrides: args.settings.overrides.clone(),
         camera_path: args.frames.clone(),
         range: args.range.clone(),
         accel: BuildOptions {

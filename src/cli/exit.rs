@@ -2,7 +2,7 @@
 
 use batch_render::error::{Blame, Error};
 
-use super::{failures::FramesFailed, signals};
+use super::{failures::FramesFailed, signals, stream::PipeClosed};
 
 pub const OK: u8 = 0;
 /// Wrong usage; the same command will fail again.
@@ -19,10 +19,15 @@ const CANNOT_CREATE: u8 = 73;
 const IO: u8 = 74;
 /// Another job writes the same files (EX_TEMPFAIL).
 const BUSY: u8 = 75;
+/// The reader of standard output has gone: the code of a process that SIGPIPE ends.
+const PIPE_CLOSED: u8 = 141;
 /// An error that is none of these; also: some frames failed, and the others are on disk.
 const OTHER: u8 = 1;
 
 pub fn code(error: &anyhow::Error) -> u8 {
+    if error.is::<PipeClosed>() {
+        return PIPE_CLOSED;
+    }
     let blame = match error.downcast_ref::<FramesFailed>() {
         Some(failed) => failed.blame,
         None => error.downcast_ref::<Error>().map(Error::blame),

@@ -20,8 +20,9 @@ use super::{
 
 /// Serves the page until a signal comes.
 pub fn run(args: &FlyArgs, simd: Isa) -> anyhow::Result<()> {
+    args.settings.refuse_stream()?;
     let request = Request {
-        overrides: args.settings.0.clone(),
+        overrides: args.settings.overrides.clone(),
         values: args.values.clone(),
         camera: args.camera.clone(),
         animation: animation(&args.animation),

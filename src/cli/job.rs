@@ -22,11 +22,12 @@ use super::{
     failures::{self, FramesFailed},
     figures::State,
     inventory, log, memory,
-    preview::Preview,
-    progress::{Progress, say},
-    request::{animation, request},
+    preview::{Preview, PreviewSize},
+    progress::{Progress, leave_stdout, say},
+    request::{animation, request, stream},
     signals, simd,
     stats::{Observers, Stats, StatsFiles},
+    stream::{PipeClosed, Stream},
     summary,
     threads::threads,
 };
@@ -59,7 +60,7 @@ fn check(args: &CheckArgs, simd: Isa) -> anyhow::Result<()> {
         camera_path: args.frames.clone(),
         values: args.values.clone(),
         animation: animation(&args.animation),
-        overrides: args.settings.0.clone(),
+        overrides: args.settings.overrides.clone(),
         allow_outside: args.allow_outside,
         strict: args.strict,
         missing_assets: args.missing_assets.into(),
@@ -85,6 +86,11 @@ fn check(args: &CheckArgs, simd: Isa) -> anyhow::Result<()> {
 fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let path = args.scene.as_deref().expect("the scene is a required argument");
     let request = request(args, simd)?;
+    let path = request.supplied.as_ref().map_or(path, |(path, _)| path);
+    let form = stream(args)?;
+    if form.is_some() {
+        leave_stdout();
+    }
     let _last = log::LastWarnings(request.warnings.clone());
     let pool = threads(args.threads)?;
     let start = Instant::now();
@@ -134,11 +140,13 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     };
     let is_wanted = files.json.is_some() || files.page.is_some();
     let stats = is_wanted.then(|| pool.install(|| Stats::new(files, args.part, &job, (&counters, &cancel))));
-    let preview = args
-        .preview
-        .as_deref()
-        .map(|path| Preview::new(path, &job))
-        .transpose()?;
+    let stream = form.map(|form| Stream::new(form, plan, &cancel)).transpose()?;
+    let small = args.preview.iter().map(|path| (path, PreviewSize::Small));
+    let films = args.settings.films.iter().map(|path| (path, PreviewSize::Full));
+    let previews: Vec<Preview> = small
+        .chain(films)
+        .map(|(path, size)| Preview::new(path, size, &job))
+        .collect::<Result<_, _>>()?;
     let format = match kind {
         ProgressKind::Json => Some(EventFormat::Json),
         ProgressKind::Openjd => Some(EventFormat::OpenJd),
@@ -152,14 +160,25 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     observers.0.extend(stats.as_ref().map(|stats| stats as &dyn Observer));
     observers
         .0
-        .extend(preview.as_ref().map(|preview| preview as &dyn Observer));
+        .extend(previews.iter().map(|preview| preview as &dyn Observer));
+    observers
+        .0
+        .extend(stream.as_ref().map(|stream| stream as &dyn Observer));
     let done = pool.install(|| job.run(scene, &observers, &control));
     drop(observers);
+    let streamed = stream.map_or(Ok(()), Stream::finish);
     let state = State::of(&done);
     let figures = stats.map(|stats| stats.finish(state)).unwrap_or_default();
     let figures = figures.into_iter().map(Error::from);
-    let preview = preview.and_then(|preview| pool.install(|| preview.finish(&cancel)).err());
+    let previews = previews.into_iter();
+    let previews = previews.filter_map(|preview| pool.install(|| preview.finish(&cancel)).err());
+    let previews: Vec<Error> = previews.collect();
     let closing = done.as_ref().map(|summary| summary::lines(summary, &job));
+    if let Some(closed) = streamed.as_ref().err().filter(|error| error.is::<PipeClosed>()) {
+        tracing::debug!("{closed}");
+        progress.stop();
+        return streamed;
+    }
     progress.finish(state, closing.as_deref().ok());
     if let Some(line) = done.iter().find_map(|summary| failures::unfinished(summary, plan)) {
         tracing::warn!("{}", line?);
@@ -169,7 +188,11 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     }
     let failed = done.map_err(Into::into).and_then(FramesFailed::check).err();
     // The first error tells the exit code.
-    let mut errors = failed.into_iter().chain(figures.chain(preview).map(Into::into));
+    let mut errors = streamed
+        .err()
+        .into_iter()
+        .chain(failed)
+        .chain(figures.chain(previews).map(Into::into));
     let Some(first) = errors.next() else {
         return Ok(());
     };

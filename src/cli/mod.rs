@@ -14,6 +14,7 @@ mod figures;
 mod fly;
 #[cfg(feature = "viewer")]
 mod fly_args;
+mod gif;
 mod heading;
 mod inventory;
 mod job;
@@ -28,18 +29,22 @@ mod settings;
 mod signals;
 mod simd;
 mod small_picture;
+mod standard_input;
 mod stats;
 mod stray;
+mod stream;
 mod submit;
 mod summary;
 mod threads;
 mod values;
+mod y4m;
 
 use std::process::ExitCode;
 
 use clap::Parser;
 
 use args::Args;
+use stream::PipeClosed;
 
 /// Runs the program; the exit code tells who must act (docs/interface.md).
 pub fn main() -> ExitCode {
@@ -62,7 +67,9 @@ pub fn main() -> ExitCode {
     match job::run(&args) {
         Ok(()) => ExitCode::from(exit::OK),
         Err(e) => {
-            log::report(&e);
+            if !e.is::<PipeClosed>() {
+                log::report(&e);
+            }
             ExitCode::from(exit::code(&e))
         }
     }

@@ -1,6 +1,7 @@
-//! The preview of a job (`--preview`): its frames as a small moving picture.
+//! The preview of a job (`--preview`): its frames as a small moving picture. A film (`-o film.gif`, `-o film.apng`) is the same at full
+//! size.
 //!
-//! Small pictures wait in a temporary file until the job ends, so that memory does not grow with the sequence. Frames that were
+//! Pictures wait in a temporary file until the job ends, so that memory does not grow with the sequence. Frames that were
 //! there already, also those of other parts of the job, are read from their PNG files, or from their EXR files where there are none.
 
 use std::{
@@ -17,12 +18,16 @@ use batch_render::{
     batch::{Job, JobEvent, Observer, Plan, PlannedFrame, with_finished},
     error::Error,
     math::srgb,
-    output::{Contents, EncodeError, OutputError, atomic, job_file::FolderGate},
+    output::{Contents, EncodeError, FrameImage, OutputError, atomic, job_file::FolderGate},
     render::Cancel,
 };
 use image::{DynamicImage, RgbImage, imageops};
 
-use super::{create::cannot_create, small_picture::small_picture};
+use super::{
+    create::cannot_create,
+    gif::{self, Histogram},
+    small_picture::{picture, small_picture},
+};
 
 /// The largest width of a preview, in pixels.
 const MAX_COLUMNS: u32 = 640;
@@ -31,7 +36,7 @@ const MAX_COLUMNS: u32 = 640;
 const FFMPEG: &str = "ffmpeg";
 
 /// Frames a second where the job does not say.
-const RATE: (i32, u32) = (24, 1);
+pub const RATE: (i32, u32) = (24, 1);
 
 /// The path of a preview, whose ending tells what it is.
 pub fn preview_path(text: OsString) -> Result<PathBuf, String> {
@@ -42,13 +47,56 @@ pub fn preview_path(text: OsString) -> Result<PathBuf, String> {
     }
 }
 
+/// Whether a file of this name holds a whole sequence.
+pub fn is_animated(path: &Path) -> bool {
+    let extension = path.extension().and_then(|e| e.to_str());
+    extension.is_some_and(|e| ["apng", GIF].iter().any(|animated| e.eq_ignore_ascii_case(animated)))
+}
+
+const GIF: &str = "gif";
+
+fn is_gif(path: &Path) -> bool {
+    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(GIF))
+}
+
 fn is_film(path: &Path) -> bool {
     path.extension().is_some_and(|e| e == "mp4")
+}
+
+/// The size of the pictures of a preview.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PreviewSize {
+    /// At most 640 columns.
+    Small,
+    /// That of the frames.
+    Full,
+}
+
+impl PreviewSize {
+    fn picture(self, image: &FrameImage<'_>) -> RgbImage {
+        match self {
+            Self::Small => small_picture(image, MAX_COLUMNS),
+            Self::Full => {
+                let window = image.film.window;
+                let pixels = picture(image).into_flattened();
+                RgbImage::from_raw(window.width(), window.height(), pixels).unwrap_or_default()
+            }
+        }
+    }
+
+    /// The flag that asks for it.
+    fn flag(self) -> &'static str {
+        match self {
+            Self::Small => "--preview",
+            Self::Full => "-o",
+        }
+    }
 }
 
 /// Collects the frames of a job.
 pub struct Preview<'a> {
     path: &'a Path,
+    size: PreviewSize,
     job: &'a Job,
     spool: Mutex<Spool>,
 }
@@ -95,7 +143,7 @@ impl<'a> Preview<'a> {
     ///
     /// # Errors
     /// A film is asked for and ffmpeg is not installed, or no temporary file can be made.
-    pub fn new(path: &'a Path, job: &'a Job) -> Result<Self, Error> {
+    pub fn new(path: &'a Path, size: PreviewSize, job: &'a Job) -> Result<Self, Error> {
         let is_installed = || {
             let quiet = Command::new(FFMPEG)
                 .arg("-version")
@@ -115,6 +163,7 @@ impl<'a> Preview<'a> {
         let file = tempfile::tempfile().map_err(|source| cannot_create(source, &std::env::temp_dir()))?;
         Ok(Self {
             path,
+            size,
             job,
             spool: Mutex::new(Spool {
                 file,
@@ -141,7 +190,7 @@ impl<'a> Preview<'a> {
         let others: Vec<PlannedFrame> = others.cloned().collect();
         let stale = self.job.stale(&others)?;
         for (frame, _) in others.iter().zip(stale).filter(|(_, stale)| stale.is_none()) {
-            if let Some(picture) = finished_picture(plan, frame) {
+            if let Some(picture) = finished_picture(plan, frame, self.size) {
                 let put = spool.put(frame.number, picture);
                 spool.error = spool.error.take().or(put.err());
             }
@@ -149,6 +198,7 @@ impl<'a> Preview<'a> {
         let numbers = frames.iter().map(|frame| frame.number);
         let numbers: Vec<i32> = numbers.filter(|number| spool.places.contains_key(number)).collect();
         let missing = frames.len() - numbers.len();
+        let flag = self.size.flag();
         let (name, rate) = (self.path.display(), plan.picture.fps.unwrap_or(RATE));
         let encode = |reason: String| OutputError::Encode {
             reason,
@@ -159,11 +209,30 @@ impl<'a> Preview<'a> {
         };
         if missing > 0 {
             tracing::warn!(
-                "--preview: {missing} frames are not in {name}: they are not on disk, or have no PNG file and no EXR file that can be shown"
+                "{flag}: {missing} frames are not in {name}: they are not on disk, or have no PNG file and no EXR file that can be shown"
             );
         }
         if let Some(source) = spool.error {
             return Err(cannot_create(source, &std::env::temp_dir()));
+        }
+        if is_gif(self.path) {
+            let [Ok(width), Ok(height)] = size.map(u16::try_from) else {
+                return Err(encode(format!("a GIF picture of {} x {} pixels", size[0], size[1])).into());
+            };
+            let mut colors = Histogram::new();
+            for number in &numbers {
+                let frame = spool
+                    .get(*number)
+                    .map_err(|source| cannot_create(source, &std::env::temp_dir()))?;
+                colors.add(&frame);
+            }
+            let palette = colors.palette();
+            let frames = numbers.into_iter().map(|number| spool.get(number));
+            let end = |frame: usize| hundredths(frame as u64 + 1, rate);
+            atomic::write(self.path, |out| {
+                Ok(gif::write(out, [width, height], &palette, end, frames)?)
+            })?;
+            return Ok(());
         }
         let frames = numbers.into_iter().map(|number| spool.get(number));
         if is_film(self.path) {
@@ -178,7 +247,7 @@ impl<'a> Preview<'a> {
 impl Observer for Preview<'_> {
     fn event(&self, event: &JobEvent<'_>) {
         if let JobEvent::FrameImage { frame, image } = event {
-            let picture = small_picture(image, MAX_COLUMNS);
+            let picture = self.size.picture(image);
             let mut spool = self.spool.lock().unwrap_or_else(PoisonError::into_inner);
             let put = spool.put(*frame, picture);
             spool.error = spool.error.take().or(put.err());
@@ -187,12 +256,15 @@ impl Observer for Preview<'_> {
 }
 
 /// The picture of a frame whose files are there.
-fn finished_picture(plan: &Plan, frame: &PlannedFrame) -> Option<RgbImage> {
+fn finished_picture(plan: &Plan, frame: &PlannedFrame, size: PreviewSize) -> Option<RgbImage> {
     let mut files = plan.final_files(frame).into_iter();
     let Some(file) = files.find(|file| file.format.contents() == Contents::Picture) else {
-        return with_finished(plan, frame, |image| small_picture(image, MAX_COLUMNS));
+        return with_finished(plan, frame, |image| size.picture(image));
     };
     let picture = over_black(image::open(&file.path).ok()?);
+    if size == PreviewSize::Full {
+        return Some(picture);
+    }
     let columns = MAX_COLUMNS.min(picture.width());
     let rows = (columns * picture.height()).div_ceil(picture.width().max(1)).max(1);
     Some(imageops::thumbnail(&picture, columns, rows))
@@ -235,6 +307,12 @@ fn write_picture(
         writer.write_image_data(&frame?).map_err(unfit)?;
     }
     writer.finish().map_err(unfit)
+}
+
+/// The end of so many frames, in hundredths of a second.
+fn hundredths(frames: u64, (numerator, denominator): (i32, u32)) -> u64 {
+    let per_frame = 100.0 * f64::from(denominator) / f64::from(numerator);
+    (frames as f64 * per_frame).round() as u64
 }
 
 /// The time that a frame is shown, in seconds, as a fraction of small numbers.
@@ -290,6 +368,13 @@ mod tests {
         assert_eq!(delay((24, 1)), (1, 24));
         assert_eq!(delay((24_000, 1001)), (1001, 24_000));
         assert_eq!(delay((120_000, 1001)), (8, 1000));
+    }
+
+    #[test]
+    fn hundredths_of_a_second_keep_up_with_the_rate() {
+        let rate = (24_000, 1001);
+        assert_eq!([1, 2, 3].map(|frames| hundredths(frames, rate)), [4, 8, 13]);
+        assert_eq!(hundredths(24_000, rate), 100_100);
     }
 
     #[test]

@@ -1,4 +1,4 @@
-//! Progress, on stdout: bars on a terminal, plain lines elsewhere.
+//! Progress, on stdout, or on stderr where frames are on stdout: bars on a terminal, plain lines elsewhere.
 
 use std::{
     io::{IsTerminal, Write},
@@ -71,7 +71,7 @@ impl Progress {
     /// `frames` frames of at most `samples` samples each.
     pub fn new(kind: ProgressKind, frames: usize, samples: u64, counters: &Arc<Counters>) -> Self {
         let kind = match kind {
-            ProgressKind::Auto if std::io::stdout().is_terminal() => ProgressKind::Bar,
+            ProgressKind::Auto if is_terminal() => ProgressKind::Bar,
             ProgressKind::Auto => ProgressKind::Plain,
             said => said,
         };
@@ -99,6 +99,11 @@ impl Progress {
         Self { work, display }
     }
 
+    /// Ends the display of a job, and shows nothing.
+    pub fn stop(self) {
+        self.display.stop();
+    }
+
     /// Ends the display of a job and shows `closing` below it. The last line of a job that was not done says how much of it is
     /// on disk.
     pub fn finish(self, state: State, closing: Option<&str>) {
@@ -119,9 +124,39 @@ impl Progress {
     }
 }
 
+/// Whether stdout belongs to the frames of the job.
+static STDOUT_IS_TAKEN: AtomicBool = AtomicBool::new(false);
+
+/// From now on lines and bars are on stderr.
+pub fn leave_stdout() {
+    STDOUT_IS_TAKEN.store(true, Ordering::Relaxed);
+}
+
+fn is_stdout_taken() -> bool {
+    STDOUT_IS_TAKEN.load(Ordering::Relaxed)
+}
+
 /// A line on stdout. A reader that has gone is no reason to stop rendering.
 pub fn say(text: &str) {
-    let _ = writeln!(std::io::stdout(), "{}", visible(text));
+    let text = visible(text);
+    let _ = match is_stdout_taken() {
+        true => writeln!(std::io::stderr(), "{text}"),
+        false => writeln!(std::io::stdout(), "{text}"),
+    };
+}
+
+fn is_terminal() -> bool {
+    match is_stdout_taken() {
+        true => std::io::stderr().is_terminal(),
+        false => std::io::stdout().is_terminal(),
+    }
+}
+
+fn target() -> ProgressDrawTarget {
+    match is_stdout_taken() {
+        true => ProgressDrawTarget::stderr(),
+        false => ProgressDrawTarget::stdout(),
+    }
 }
 
 impl Work {
@@ -297,7 +332,7 @@ fn style(template: &str) -> ProgressStyle {
 
 impl Bars {
     fn new(work: &Arc<Work>) -> Self {
-        let bars = MultiProgress::with_draw_target(ProgressDrawTarget::stdout());
+        let bars = MultiProgress::with_draw_target(target());
         let sequence = bars.add(ProgressBar::new(work.frames as u64));
         sequence.set_style(style(
             "frames [{bar:30}] {pos}/{len}  {elapsed} elapsed, {eta} left  {wide_msg}",

@@ -14,8 +14,9 @@ use batch_render::{
 
 use super::{
     args::RenderArgs,
-    memory,
+    memory, standard_input,
     stats::{ALBUM, PAGE},
+    stream::StreamForm,
 };
 
 /// The request that the arguments make.
@@ -35,6 +36,12 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
                        parts with --denoise-step render, and denoise them with --denoise-step denoise";
         return Err(Error::Usage(message.to_owned()));
     }
+    let stream = stream(args)?;
+    if args.existing.skip_existing && !args.settings.films.is_empty() && !args.settings.has_files() {
+        let message =
+            "--skip-existing: an animated picture is made of all frames: name files for them, too (-o f.####.png)";
+        return Err(Error::Usage(message.to_owned()));
+    }
     let existing = match (args.existing.skip_existing, args.existing.fail_existing) {
         (true, _) => Existing::Skip,
         (_, true) => Existing::Fail,
@@ -42,7 +49,12 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
     };
     let sidecars: Result<Vec<Sidecar>, UnknownName> = args.metadata.iter().map(|name| name.parse()).collect();
     Ok(Request {
-        overrides: args.settings.0.clone(),
+        overrides: args.settings.overrides.clone(),
+        supplied: standard_input::read(args.scene.as_deref(), args.input_format.as_deref())?,
+        stream: match stream {
+            None => (!args.settings.films.is_empty()).then_some(None),
+            Some(form) => Some(form.format()),
+        },
         camera_path: args.frames.clone(),
         values: args.values.clone(),
         turntable: args.turntable,
@@ -52,7 +64,8 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         part,
         policy: Policy {
             existing,
-            on_failure: if args.fail_fast {
+            // A stream with a gap is another film.
+            on_failure: if args.fail_fast || stream.is_some() {
                 OnFailure::FailFast
             } else {
                 OnFailure::KeepGoing
@@ -94,6 +107,23 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
     })
 }
 
+/// The form of the frames on standard output, if they go there.
+///
+/// # Errors
+/// It is missing or of no use, or frames could be missing in the stream.
+pub fn stream(args: &RenderArgs) -> Result<Option<StreamForm>, Error> {
+    let refuse = |message: &str| Err(Error::Usage(message.to_owned()));
+    match (args.settings.has_stream, args.output_format) {
+        (false, None) => Ok(None),
+        (false, Some(_)) => refuse("--output-format is that of standard output (-o -); files have it in their names"),
+        (true, None) => refuse("-o -: --output-format tells the form of the frames, such as png or y4m"),
+        (true, Some(_)) if args.existing.skip_existing => {
+            refuse("-o -: frames that --skip-existing skips would be missing on standard output")
+        }
+        (true, form) => Ok(form),
+    }
+}
+
 /// The animations that these names choose, if any.
 pub(super) fn animation(names: &[String]) -> Option<AnimationChoice> {
     match names {
@@ -109,6 +139,11 @@ fn files_of_caller(args: &RenderArgs) -> Vec<PathBuf> {
         .report
         .iter()
         .flat_map(|folder| [PAGE, ALBUM].map(|name| folder.join(name)));
-    let files = args.stats.iter().chain(&args.preview).cloned();
+    let files = args
+        .stats
+        .iter()
+        .chain(&args.preview)
+        .chain(&args.settings.films)
+        .cloned();
     files.chain(report).collect()
 }

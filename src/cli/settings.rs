@@ -1,13 +1,18 @@
 //! The flags that set keys of the scene file: one field each, whose id is the path of the key.
 
+use std::path::{Path, PathBuf};
+
 use batch_render::{
     describe::{Overrides, Stage, number_or_text},
+    error::Error as JobError,
     sampler::SeedMode,
 };
 use clap::{Arg, ArgAction, ArgMatches, Args, Command, Error, FromArgMatches, parser::ValueSource};
 
 use super::{
     heading::{OUTPUT, PICTURE, STAGE},
+    preview::is_animated,
+    stream::STANDARD_OUTPUT,
     values::{assignment, color, positive, resolution, sun},
 };
 
@@ -123,9 +128,34 @@ struct Flags {
     set: Vec<(String, toml::Value)>,
 }
 
+/// The id of `--output`.
+const OUTPUT_FILES: &str = "output.files";
+
 /// The values of the flags that set keys of the scene file.
 #[derive(Clone, Debug, Default)]
-pub struct Settings(pub Overrides);
+pub struct Settings {
+    pub overrides: Overrides,
+    /// Whether frames go to standard output (`-o -`).
+    pub has_stream: bool,
+    /// The animated pictures of whole sequences (`-o film.gif`).
+    pub films: Vec<PathBuf>,
+}
+
+impl Settings {
+    /// Whether frames have files of their own by these flags.
+    pub fn has_files(&self) -> bool {
+        self.overrides.paths().any(|(_, path)| path.join(".") == OUTPUT_FILES)
+    }
+
+    /// Refuses standard output and films, for commands that have no frames.
+    pub fn refuse_stream(&self) -> Result<(), JobError> {
+        let message = "-o - and -o film.gif: only a job that this command runs itself writes to standard output or an animated picture";
+        match self.has_stream || !self.films.is_empty() {
+            true => Err(JobError::Usage(message.to_owned())),
+            false => Ok(()),
+        }
+    }
+}
 
 impl Args for Settings {
     fn augment_args(command: Command) -> Command {
@@ -160,19 +190,28 @@ impl FromArgMatches for Settings {
                 };
                 value
                     .into_iter()
-                    .for_each(|value| self.0.set_stage(&flag, stage, value));
+                    .for_each(|value| self.overrides.set_stage(&flag, stage, value));
             } else if let Ok(Some([width, height])) = matches.try_get_one::<[u32; 2]>(key) {
-                self.0.set(&flag, "render.width", *width);
-                self.0.set(&flag, "render.height", *height);
+                self.overrides.set(&flag, "render.width", *width);
+                self.overrides.set(&flag, "render.height", *height);
             } else if let Ok(Some(all)) = matches.try_get_many::<(String, toml::Value)>(key) {
-                all.for_each(|(key, value)| self.0.set(&format!("{flag} {key}"), key, value.clone()));
+                all.for_each(|(key, value)| self.overrides.set(&format!("{flag} {key}"), key, value.clone()));
             } else if let ArgAction::SetTrue = arg.get_action() {
-                self.0.set(&flag, key, true);
+                self.overrides.set(&flag, key, true);
             } else if let ArgAction::Append = arg.get_action() {
                 let texts = matches.get_many::<String>(key).into_iter().flatten();
-                self.0.set(&flag, key, texts.cloned().collect::<Vec<_>>());
+                let is_file = |text: &&String| key != OUTPUT_FILES || *text != STANDARD_OUTPUT;
+                let (texts, streams): (Vec<&String>, Vec<&String>) = texts.partition(is_file);
+                self.has_stream |= !streams.is_empty();
+                let is_film = |text: &&String| key == OUTPUT_FILES && is_animated(Path::new(text));
+                let (films, texts): (Vec<&String>, Vec<&String>) = texts.into_iter().partition(is_film);
+                self.films.extend(films.into_iter().map(PathBuf::from));
+                if !texts.is_empty() {
+                    self.overrides
+                        .set(&flag, key, texts.into_iter().cloned().collect::<Vec<_>>());
+                }
             } else if let Some(text) = matches.get_one::<String>(key) {
-                self.0.set(&flag, key, number_or_text(text));
+                self.overrides.set(&flag, key, number_or_text(text));
             }
         }
         Ok(())

@@ -49,6 +49,11 @@ const OWN: [&str; 11] = [
 
 /// Writes the bundle, and starts it if that is asked for.
 pub fn run(args: &SubmitArgs, simd: Isa) -> anyhow::Result<()> {
+    args.render.settings.refuse_stream()?;
+    if args.render.input_format.is_some() {
+        let message = "--input-format: the scene of a farm is a file, and not on standard input";
+        return Err(Error::Usage(message.to_owned()).into());
+    }
     let task = task(args, simd)?;
     if args.engine == Engine::Openjd {
         openjd::check(&task)?;

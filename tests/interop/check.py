@@ -7,6 +7,7 @@ import sys
 import zipfile
 
 import cryptomatte_api
+import imageio_ffmpeg
 import numpy
 import OpenEXR
 import OpenImageIO as oiio
@@ -131,6 +132,27 @@ with open(folder / "stored.npz", "rb") as file:
     shape, order, dtype = numpy.lib.format.read_array_header_1_0(file)
     mapped = numpy.memmap(file, dtype, "r", file.tell(), shape)
 check(mapped.ctypes.data % 64 == 0 and numpy.array_equal(mapped, stored["depth"]), "the depth, mapped")
+
+
+
+def frames_of(path, *filters):
+    """The frames of a moving picture as ffmpeg reads them, in RGB."""
+    args = ["-i", str(path), *filters, "-f", "rawvideo", "-pix_fmt", "rgb24", "-"]
+    done = subprocess.run([imageio_ffmpeg.get_ffmpeg_exe(), "-loglevel", "error", *args], capture_output=True)
+    check(done.returncode == 0, f"{path.name}: ffmpeg: {done.stderr}")
+    return numpy.frombuffer(done.stdout, "uint8").reshape(-1, 54, 96, 3).astype(float)
+
+
+limits = {"turn.apng": 0.0, "turn.gif": 12.0, "turn.y4m": 1.0}
+films = {name: frames_of(folder / name) for name in ["turn.apng", "turn.gif"]}
+bt709 = ["-vf", "scale=in_color_matrix=bt709:in_range=tv:out_range=pc"]
+films["turn.y4m"] = frames_of(folder / "turn.y4m", *bt709)
+films["the JPEG files"] = [frames_of(folder / f"turn.{frame}.jpg")[0] for frame in (1, 2, 3)]
+for name, film in films.items():
+    check(len(film) == 3, f"{name} has three frames")
+    off = max(abs(frame - expected).mean() for frame, expected in zip(film, films["turn.apng"]))
+    print(f"{name}: off the animated PNG by {off:.2f} of 255")
+    check(off <= limits.get(name, 2.0), f"the colours of {name}")
 
 print(f"{len(list(folder.glob('*.exr')))} EXR files, {len(problems)} problems")
 sys.exit(bool(problems))

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Renders files of every kind and checks them with tools that nobody here wrote: OpenImageIO, OpenEXR, NumPy and cryptomatte-api, in
-# a virtual environment of their own. Usage: tests/interop/run.sh [PROGRAM]. Where pip reaches no packages it says so, and is no error.
+# Renders files of every kind and checks them with tools that nobody here wrote: OpenImageIO, OpenEXR, NumPy, ffmpeg and
+# cryptomatte-api, in a virtual environment of their own. Usage: tests/interop/run.sh [PROGRAM]. Where pip reaches no packages it says so, and is no error.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
@@ -8,7 +8,7 @@ program=$(realpath "${1:-${CARGO_TARGET_DIR:-target}/release/batch-render}")
 out=$(mktemp -d)
 trap 'rm -rf "$out"' EXIT
 
-packages=(OpenImageIO==3.2.2.0 OpenEXR==3.5.3 cryptomatte-api==1.0.0 jsonschema==4.26.0)
+packages=(OpenImageIO==3.2.2.0 OpenEXR==3.5.3 cryptomatte-api==1.0.0 jsonschema==4.26.0 imageio-ffmpeg)
 if ! { python3 -m venv "$out/venv" && "$out/venv/bin/pip" install -q "${packages[@]}"; } >"$out/pip.log" 2>&1; then
     echo "no files were checked by other tools: pip does not install ${packages[*]}"
     exit 0
@@ -36,6 +36,9 @@ render one-level --cryptomatte-levels 2
 "$program" tests/interop/names.toml --progress none -o "$out/names.exr"
 render arrays --exr-type float -o "$out/stored.npz"
 render deflated -o "$out/deflated.npz" --npz-compression deflate
+turn=("$program" scenes/passes/scene.toml --resolution 96x54 --samples 8 --progress none --turntable 3 --fps 25)
+"${turn[@]}" -o - --output-format y4m >"$out/turn.y4m"
+"${turn[@]}" -o "$out/turn.gif" -o "$out/turn.apng" -o "$out/turn.#.jpg"
 render shown --show depth -o "$out/shown.png"
 render pictures --png-depth="$out/depth.####.png" --png-bits 16 -o "$out/sixteen.png"
 for view in raw srgb reinhard aces agx neutral; do

@@ -55,6 +55,7 @@ mod resume;
 mod rounds;
 mod sight;
 mod stage;
+mod streams;
 mod targets;
 mod textures;
 mod values;

@@ -4,7 +4,7 @@ use crate::{
     describe::OutputDesc,
     error::Error,
     film::PassRequest,
-    output::{BlockShape, DepthUnit, Encoding, FilePattern, Parts},
+    output::{BlockShape, DepthUnit, Encoding, Format, Parts},
 };
 
 /// The encoding of files that a description asks for.
@@ -15,7 +15,7 @@ pub(in crate::batch) fn of(
     desc: &OutputDesc,
     depth: DepthUnit,
     passes: &[PassRequest],
-    patterns: &[FilePattern],
+    formats: &[&dyn Format],
 ) -> Result<Encoding, Error> {
     let encoding = Encoding {
         compression: desc.compression,
@@ -30,7 +30,7 @@ pub(in crate::batch) fn of(
         npz: desc.npz_compression,
         depth,
     };
-    let loses_data = patterns.iter().any(|p| p.format().loses_data(encoding));
+    let loses_data = formats.iter().any(|format| format.loses_data(encoding));
     let mut data = passes.iter().filter(|pass| !pass.spec().is_light());
     match data.next().filter(|_| loses_data) {
         Some(pass) => Err(Error::Usage(desc.compression.refusal(&pass.name()))),

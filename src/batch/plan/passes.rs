@@ -2,6 +2,7 @@
 
 use super::patterns::is_chosen;
 use crate::{
+    batch::Request,
     describe::{OutputDesc, SceneDesc},
     error::Error,
     film::{
@@ -10,10 +11,10 @@ use crate::{
         request::{ALL, DENOISE},
     },
     integrator::BuiltIn,
-    output::{Contents, FilePattern},
+    output::{Contents, Format},
     render::Content,
     value::{Problem, Spanned, UnknownName, is_override},
-    warnings::{WarningKind, Warnings},
+    warnings::WarningKind,
 };
 
 /// The passes of a job's films.
@@ -33,7 +34,7 @@ impl PassChoice {
     ///
     /// # Errors
     /// Names that are unknown, and passes that no file of the job can hold.
-    pub fn new(desc: &SceneDesc, patterns: &[FilePattern], warnings: &Warnings) -> Result<Self, Vec<Problem>> {
+    pub fn new(desc: &SceneDesc, request: &Request, formats: &[&dyn Format]) -> Result<Self, Vec<Problem>> {
         let OutputDesc { show, aovs, .. } = &desc.output;
         let last = aovs.iter().flat_map(|aovs| &aovs.0).map(|name| name.span().start).max();
         // Passes that an override names replace the one that the file shows.
@@ -55,14 +56,16 @@ impl PassChoice {
         if !problems.is_empty() {
             return Err(problems);
         }
-        if !holds_passes(patterns) {
+        if !holds_passes(formats) {
             // Outputs of the command line, such as previews, need not hold the scene's passes.
-            let message = match (names.is_override(), is_chosen(desc)) {
+            let message = match (names.is_override(), is_chosen(desc) || request.stream.is_some()) {
                 (true, _) => "only EXR and NPZ files hold passes, and the job writes none",
                 (_, false) => "only EXR and NPZ files hold passes, and `files` names none",
                 (false, true) => {
                     let text = "the job writes no EXR and no NPZ file, which alone hold passes: `aovs` are left out";
-                    warnings.add_topic(WarningKind::UNUSED_SETTING, "aovs", "aovs", text);
+                    request
+                        .warnings
+                        .add_topic(WarningKind::UNUSED_SETTING, "aovs", "aovs", text);
                     return Ok(Self::default());
                 }
             };
@@ -164,6 +167,6 @@ fn shown(name: &str) -> Result<PassChoice, UnfitToShow> {
     }
 }
 
-fn holds_passes(patterns: &[FilePattern]) -> bool {
-    patterns.iter().any(|p| p.format().contents() == Contents::Data)
+fn holds_passes(formats: &[&dyn Format]) -> bool {
+    formats.iter().any(|format| format.contents() == Contents::Data)
 }

@@ -5,7 +5,7 @@ use crate::{
     batch::Request,
     describe::{OneOrMany, SceneDesc},
     error::Error,
-    output::{Contents, FilePattern, FilePatternError, Format as _},
+    output::{Contents, FilePattern, FilePatternError, Format},
 };
 
 /// The patterns of a job's files.
@@ -14,6 +14,8 @@ pub(in crate::batch) struct Patterns {
     pub rendered: Vec<FilePattern>,
     /// The patterns of the files that the first one becomes; empty if the job does not denoise.
     pub denoised: Vec<FilePattern>,
+    /// The format of the frames that the caller takes.
+    stream: Option<&'static dyn Format>,
 }
 
 impl Patterns {
@@ -23,10 +25,18 @@ impl Patterns {
     /// A pattern is invalid, or has an unsuitable format.
     pub fn new(desc: &SceneDesc, request: &Request) -> Result<Self, Error> {
         let mut patterns = Self {
-            rendered: pictures(desc).map_err(Error::Pattern)?,
+            rendered: match request.stream {
+                Some(_) if !is_chosen(desc) => Vec::new(),
+                _ => pictures(desc).map_err(Error::Pattern)?,
+            },
             denoised: Vec::new(),
+            stream: request.stream.flatten(),
         };
         if request.denoise.is_some() {
+            if patterns.rendered.is_empty() {
+                let message = "--denoise reads the frames again: name files for them, too (-o f.####.exr)";
+                return Err(Error::Usage(message.to_owned()));
+            }
             let noisy = denoise_options::noisy(&patterns.rendered).map_err(Error::Pattern)?;
             patterns.denoised = std::mem::replace(&mut patterns.rendered, vec![noisy]);
         }
@@ -45,6 +55,15 @@ impl Patterns {
             patterns.rendered.push(pattern.with_format(format));
         }
         Ok(patterns)
+    }
+
+    /// The formats of the rendered frames.
+    pub fn formats(&self) -> Vec<&'static dyn Format> {
+        self.rendered
+            .iter()
+            .map(FilePattern::format)
+            .chain(self.stream)
+            .collect()
     }
 
     /// All patterns, those of final files first.

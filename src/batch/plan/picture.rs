@@ -14,12 +14,11 @@ use crate::{
     },
     integrator::BuiltIn,
     math::{WorkingSpace, exponential},
-    output::{DisplayTransform, FilePattern, Shown},
+    output::{DisplayTransform, Format, Shown},
     render::{self, AdaptiveSampling, Content, SampleBudget},
     sampler::{Sampler, SeedMode},
     shape::mesh::{AnimationChoice, LightUnits},
     value::Problem,
-    warnings::Warnings,
 };
 
 /// The settings of the picture, which all frames share.
@@ -56,10 +55,10 @@ pub struct PicturePlan {
 }
 
 impl PicturePlan {
-    /// The picture of a scene whose files have these patterns.
-    pub(in crate::batch) fn new(desc: &SceneDesc, request: &Request, patterns: &[FilePattern]) -> Result<Self, Error> {
+    /// The picture of a scene whose frames have these formats.
+    pub(in crate::batch) fn new(desc: &SceneDesc, request: &Request, formats: &[&dyn Format]) -> Result<Self, Error> {
         let mut settings = settings(desc, request)?;
-        let (integrator, camera, mut choice) = compile(desc, patterns, &request.warnings)?;
+        let (integrator, camera, mut choice) = compile(desc, request, formats)?;
         for (format, _) in request.png_data() {
             choice.add(format.pass);
         }
@@ -132,8 +131,8 @@ impl PicturePlan {
 /// Compiles what a description says of the picture, or finds all that is wrong with it.
 fn compile(
     desc: &SceneDesc,
-    patterns: &[FilePattern],
-    warnings: &Warnings,
+    request: &Request,
+    formats: &[&dyn Format],
 ) -> Result<(BuiltIn, Option<SceneCamera>, PassChoice), Error> {
     let mut problems = Vec::new();
     let mut keep = |several: Vec<Problem>| problems.extend(several);
@@ -141,7 +140,7 @@ fn compile(
     let integrator = integrator.map_err(|problem| keep(vec![problem])).ok();
     let camera = desc.camera.as_ref().map(|camera| camera.get_ref().compile());
     let camera = camera.transpose().map_err(&mut keep).ok();
-    let choice = PassChoice::new(desc, patterns, warnings).map_err(&mut keep).ok();
+    let choice = PassChoice::new(desc, request, formats).map_err(&mut keep).ok();
     if let (Some(mut integrator), Some(camera), Some(choice)) = (integrator, camera, choice) {
         integrator.convert_colors(desc.render.working_space);
         return Ok((integrator, camera, choice));

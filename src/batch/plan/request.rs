@@ -4,7 +4,7 @@ use std::{path::PathBuf, time::Duration};
 
 use crate::{
     accel::BuildOptions,
-    assets::store::MissingAssets,
+    assets::{SuppliedFile, store::MissingAssets},
     batch::{
         DenoiseOptions, DenoiseSteps, Existing, FrameRange, IfBusy, JobPart, OnFailure, Turn,
         products::metadata::Sidecar,
@@ -12,7 +12,7 @@ use crate::{
     camera::RotationOrder,
     describe::Overrides,
     output::{
-        DepthUnit,
+        DepthUnit, Format,
         png::data::{DEPTH, DataPng, IDS, NORMALS},
     },
     shape::mesh::{AnimationChoice, LightUnits},
@@ -24,6 +24,11 @@ use crate::{
 pub struct Request {
     /// Values for keys of the scene file.
     pub overrides: Overrides,
+    /// An input file that is not on disk, such as the scene.
+    pub supplied: Option<SuppliedFile>,
+    /// Whether the caller takes the frames by [`JobEvent::FrameImage`](crate::batch::JobEvent::FrameImage), in which format if in one of those of files. Such a
+    /// job needs no files.
+    pub stream: Option<Option<&'static dyn Format>>,
     pub camera_path: Option<PathBuf>,
     /// The file of values that change over time, in place of the scene's.
     pub values: Option<PathBuf>,
