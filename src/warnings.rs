@@ -61,6 +61,8 @@ kinds! {
     INVISIBLE = "invisible";
     /// More than half of a picture is black, or of what is lit in it clipped.
     PICTURE = "picture";
+    /// The model of a lens has no rays for a part of the picture.
+    EMPTY_PART = "empty-part";
     /// Numbers are too large for their files.
     SATURATED = "saturated";
     /// A material reflects more light than it receives.

@@ -163,6 +163,9 @@ impl Plan {
         };
         let frames: Vec<PlannedFrame> = frames.into_iter().map(planned).collect();
         let mut beside: Vec<PlannedFrame> = beside.into_iter().map(planned).collect();
+        if let Some(frame) = frames.first() {
+            cameras::warn_of_missing_part(&frame.camera, picture.settings.resolution, &request.warnings);
+        }
         metadata::check(&files.sidecars, frames.iter().map(|frame| &frame.camera))?;
         let numbers: Vec<i32> = frames.iter().map(|f| f.number).collect();
         let all: Vec<FilePattern> = patterns.all().cloned().collect();

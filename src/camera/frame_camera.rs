@@ -38,13 +38,13 @@ pub struct Neighbours {
 
 #[derive(Clone, Debug, Serialize)]
 enum Cameras {
-    Still(Camera),
+    Still(Box<Camera>),
     Moving(Box<[Camera; SEGMENTS as usize + 1]>),
 }
 
 impl From<Camera> for FrameCamera {
     fn from(camera: Camera) -> Self {
-        Self::new(Cameras::Still(camera))
+        Self::new(Cameras::Still(Box::new(camera)))
     }
 }
 
@@ -127,7 +127,7 @@ impl FrameCamera {
     #[inline]
     pub fn camera(&self, time: f32) -> Camera {
         match &self.cameras {
-            Cameras::Still(camera) => *camera,
+            Cameras::Still(camera) => **camera,
             Cameras::Moving(cameras) => {
                 let along = f64::from(time) * f64::from(SEGMENTS);
                 let i = (along as usize).min(SEGMENTS as usize - 1);
@@ -141,7 +141,7 @@ impl FrameCamera {
         let Neighbours { previous, next } = self.neighbours;
         Self {
             cameras: match &self.cameras {
-                Cameras::Still(camera) => Cameras::Still(camera.moved(by)),
+                Cameras::Still(camera) => Cameras::Still(Box::new(camera.moved(by))),
                 Cameras::Moving(cameras) => Cameras::Moving(Box::new(cameras.map(|camera| camera.moved(by)))),
             },
             neighbours: Neighbours {

@@ -26,13 +26,15 @@ pub mod orthographic;
 pub mod panorama;
 pub mod path;
 pub mod perspective;
+pub mod pinhole;
+mod pinhole_view;
 pub mod pose;
 mod station;
 
 pub use facts::{DepthOfField, LensFacts, ViewMatrices};
 pub use frame_camera::{FrameCamera, Neighbours};
 pub use lens::LensOverrides;
-pub use perspective::PinholeView;
+pub use pinhole_view::{CalibratedView, PinholeView, ViewDistortion};
 pub use pose::{LookAt, Pose, PoseError, RotationOrder};
 
 /// A film's width and height, in pixels, both at least 1. Pixels are square.
@@ -65,6 +67,11 @@ pub trait CameraKind {
         true
     }
 
+    /// The share of a picture of this size, from 0 to 1, for which the model of the lens has no rays although the user expects some.
+    fn missing_part(&self, _film: FilmSize) -> f64 {
+        0.0
+    }
+
     /// The ray cone of a pixel in the middle of the picture.
     fn pixel_cone(&self) -> RayCone;
 
@@ -94,6 +101,14 @@ pub trait CameraKind {
     /// The view as that of a pinhole; `None` for cameras that have no focal length.
     fn pinhole(&self) -> Option<PinholeView> {
         None
+    }
+
+    /// The view as data sets say it; `None` for cameras of which they know no model.
+    fn calibrated(&self) -> Option<CalibratedView> {
+        self.pinhole().map(|view| CalibratedView {
+            view,
+            distortion: ViewDistortion::None,
+        })
     }
 
     /// The columns after which the picture begins again, where it goes all around.
@@ -185,6 +200,8 @@ macro_rules! cameras {
             fn has_lens(&self) -> bool;
             /// See [`CameraKind::fills_film`].
             fn fills_film(&self) -> bool;
+            /// See [`CameraKind::missing_part`].
+            fn missing_part(&self, film: FilmSize) -> f64;
             /// See [`CameraKind::pixel_cone`].
             fn pixel_cone(&self) -> RayCone;
             /// See [`CameraKind::axis`].
@@ -197,6 +214,8 @@ macro_rules! cameras {
             fn lens_facts(&self) -> Option<LensFacts>;
             /// See [`CameraKind::pinhole`].
             fn pinhole(&self) -> Option<PinholeView>;
+            /// See [`CameraKind::calibrated`].
+            fn calibrated(&self) -> Option<CalibratedView>;
             /// See [`CameraKind::period`].
             fn period(&self) -> Option<f64>;
         }
@@ -298,6 +317,7 @@ cameras! {
     "orthographic" => Orthographic(orthographic::Orthographic, orthographic::OrthographicLens, orthographic::OrthographicDesc),
     "panorama" => Panorama(panorama::Panorama, panorama::PanoramaLens, panorama::PanoramaDesc),
     "fisheye" => Fisheye(fisheye::Fisheye, fisheye::FisheyeLens, fisheye::FisheyeDesc),
+    "pinhole" => Pinhole(pinhole::Pinhole, pinhole::PinholeLens, pinhole::PinholeDesc),
 }
 
 #[cfg(test)]

@@ -39,7 +39,7 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Deserializer, Serialize, de};
 
 use super::{
-    CameraKind, CameraSetup, FilmSize, LensFacts, LensKind, LensOverrides, Pose, ViewMatrices,
+    CameraKind, CameraSetup, FilmSize, LensFacts, LensKind, LensOverrides, PinholeView, Pose, ViewMatrices,
     aperture_shape::ApertureShape,
     default_up,
     lens::{Aperture, FieldOfView, Focus, Sensor, SensorFit},
@@ -493,8 +493,6 @@ impl CameraKind for Perspective {
     }
 }
 
-mod pinhole;
+mod facts;
 #[cfg(test)]
 mod tests;
-
-pub use pinhole::PinholeView;

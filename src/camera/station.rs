@@ -23,6 +23,20 @@ impl Station {
         }
     }
 
+    pub fn eye(&self) -> DVec3 {
+        self.eye
+    }
+
+    /// From camera to world.
+    pub fn axes(&self) -> DMat3 {
+        self.axes
+    }
+
+    /// The unit direction of the line of sight.
+    pub fn forward(&self) -> DVec3 {
+        -self.axes.z_axis
+    }
+
     /// The ray in the direction `d` of the camera's space.
     pub fn ray(&self, d: DVec3) -> Ray {
         unit_ray(self.eye, self.axes * d)

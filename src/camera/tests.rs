@@ -32,8 +32,12 @@ fn every_kind() -> Vec<SceneCamera> {
     CameraDesc::NAMES
         .iter()
         .map(|name| {
-            let height = if *name == "orthographic" { ", height = 4" } else { "" };
-            scene(&format!("{name} = {{ eye = [1, 2, 3], target = [1, 2, 0]{height} }}"))
+            let required = match *name {
+                "orthographic" => ", height = 4",
+                "pinhole" => ", fx = 80, distortion.opencv = [-0.1, 0.02, 0, 0]",
+                _ => "",
+            };
+            scene(&format!("{name} = {{ eye = [1, 2, 3], target = [1, 2, 0]{required} }}"))
         })
         .collect()
 }
@@ -130,7 +134,8 @@ fn a_camera_path_may_say_of_a_lens_what_its_camera_has() {
             none,
             &["fov", "focus_distance"],
             &["fov", "focus_distance", "shift_x"],
-            &["focus_distance", "shift_x"]
+            &["focus_distance", "shift_x"],
+            &["fov", "focus_distance", "shift_x"],
         ]
     );
     let fisheye = scene("fisheye = { eye = [0, 0, 0], target = [0, 0, -1] }");

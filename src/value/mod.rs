@@ -23,7 +23,10 @@ pub use exposure::Exposure;
 pub use kinds::{kind_or_name, name};
 pub use list::List;
 pub use names::{UnknownName, one_of, unknown_name};
-pub use number::{Coordinate, Count, Direction, Finite, NonNegative, OneOrEach, Point, Positive, UnitInterval, number};
+pub use number::{
+    Coordinate, Count, Direction, Finite, NonNegative, OneOrEach, Point, Positive, Precise, PrecisePositive,
+    UnitInterval, number,
+};
 pub use shown::{one_line, visible};
 pub use unique::unique_names;
 pub use wildcard::matches_wildcards;

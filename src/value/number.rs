@@ -124,6 +124,33 @@ number!(
     |v| (0.0..=1.0).contains(&v)
 );
 
+/// A finite number in double precision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Precise(pub f64);
+
+impl<'de> Deserialize<'de> for Precise {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        let v = number(d)?;
+        finite::<D::Error>(v)?;
+        Ok(Self(v))
+    }
+}
+
+/// A finite number above 0 in double precision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PrecisePositive(pub f64);
+
+impl<'de> Deserialize<'de> for PrecisePositive {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        let Precise(v) = Precise::deserialize(d)?;
+        if v > 0.0 {
+            Ok(Self(v))
+        } else {
+            Err(de::Error::custom(format_args!("expected a number above 0, found {v}")))
+        }
+    }
+}
+
 /// A finite coordinate or another finite number of a scene file, in double precision where it is far from 0.
 ///
 /// Numbers below [`FAR`] are those of single precision: what is compiled to single precision and what is computed from

@@ -1,6 +1,9 @@
 //! Files for people who make data sets: depth in millimetres, pictures of 16 bits, cameras and names.
 
-use crate::common::{Folder, repo_str};
+use crate::{
+    common::{Folder, repo_str},
+    lenses::pixel_of,
+};
 use serde_json::Value;
 
 const SMALL: [&str; 6] = ["--resolution", "48x27", "--samples", "4", "--progress", "none"];
@@ -9,7 +12,7 @@ fn json(folder: &Folder, name: &str) -> Value {
     serde_json::from_slice(&folder.read(name)).expect("JSON")
 }
 
-fn numbers(value: &Value) -> Vec<f64> {
+pub fn numbers(value: &Value) -> Vec<f64> {
     let list = value.as_array().expect("a list").iter();
     list.map(|v| v.as_f64().expect("a number")).collect()
 }
@@ -290,7 +293,7 @@ fn transforms_tell_where_every_point_of_a_picture_is_seen_also_of_crops_and_with
 }
 
 /// Compares `transforms.json` with the points that the EXR files hold.
-fn check_transforms(folder: &Folder) {
+pub fn check_transforms(folder: &Folder) {
     let transforms = json(folder, "out/transforms.json");
     for (i, frame) in transforms["frames"].as_array().expect("frames").iter().enumerate() {
         assert_eq!(frame["file_path"], format!("f.000{}.png", 3 + i));
@@ -325,9 +328,12 @@ fn check_transforms(folder: &Folder) {
                 continue;
             }
             let from_eye = p - column(3);
-            let depth = -from_eye.dot(column(2));
-            let u = number("cx") + number("fl_x") * from_eye.dot(column(0)) / depth;
-            let v = number("cy") - number("fl_y") * from_eye.dot(column(1)) / depth;
+            let local = glam::DVec3::new(
+                from_eye.dot(column(0)),
+                -from_eye.dot(column(1)),
+                -from_eye.dot(column(2)),
+            );
+            let [u, v] = pixel_of(&transforms, frame, local).to_array();
             let center = (
                 (pixel % width as usize) as f64 + 0.5,
                 (pixel / width as usize) as f64 + 0.5,

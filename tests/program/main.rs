@@ -34,6 +34,7 @@ mod interrupts;
 mod job;
 mod job_ends;
 mod layers;
+mod lenses;
 mod materials;
 mod media;
 mod merge;

@@ -14,7 +14,7 @@ use crate::{
     describe::{MovingDesc, SceneDesc, Values},
     error::Error,
     math::DVec3,
-    warnings::WarningKind,
+    warnings::{WarningKind, Warnings},
 };
 
 /// The longer side of the metered picture, in pixels, and its samples.
@@ -211,6 +211,17 @@ fn warn_of_columns(file: &Path, path: &CameraPath, request: &Request) {
         let text = format!("{origin} has no effect, {by} replaces it: {}", file.display());
         let warnings = &request.warnings;
         warnings.add_topic(WarningKind::UNUSED_SETTING, "columns", origin, text);
+    }
+}
+
+/// Warns if the model of the lens has no rays for a part of the picture.
+pub(in crate::batch) fn warn_of_missing_part(camera: &FrameCamera, resolution: FilmSize, warnings: &Warnings) {
+    let part = camera.camera(0.0).missing_part(resolution);
+    if part > 0.0 {
+        let percent = (100.0 * part).max(0.1);
+        let text =
+            format!("the distortion of the camera has no ray for {percent:.1} % of the picture, which is empty there");
+        warnings.add(WarningKind::EMPTY_PART, "camera", text);
     }
 }
 

@@ -11,7 +11,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::{
-    camera::{FrameCamera, PinholeView},
+    camera::{CalibratedView, FrameCamera},
     error::Error,
     kind::named,
 };
@@ -37,14 +37,15 @@ pub(in crate::batch) fn check<'a>(
     mut cameras: impl Iterator<Item = &'a FrameCamera>,
 ) -> Result<(), Error> {
     match sidecars.contains(&Sidecar::Transforms) {
-        true => cameras.try_for_each(|camera| pinhole(camera).map(drop)),
+        true => cameras.try_for_each(|camera| calibrated(camera).map(drop)),
         false => Ok(()),
     }
 }
 
-/// The pinhole view of a camera when its shutter opens.
-pub(in crate::batch) fn pinhole(camera: &FrameCamera) -> Result<PinholeView, Error> {
-    let message = "--metadata transforms: only perspective cameras have focal lengths";
-    let pinhole = camera.camera(0.0).pinhole();
-    pinhole.ok_or_else(|| Error::Usage(message.to_owned()))
+/// The view of a camera when its shutter opens.
+pub(in crate::batch) fn calibrated(camera: &FrameCamera) -> Result<CalibratedView, Error> {
+    let message = "--metadata transforms: only perspective cameras have focal lengths, and pinholes without skew, with \
+                   `kannala_brandt` or up to five numbers of `opencv`";
+    let view = camera.camera(0.0).calibrated();
+    view.ok_or_else(|| Error::Usage(message.to_owned()))
 }

@@ -7,14 +7,14 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     ids::Ids,
-    metadata::{Sidecar, pinhole},
+    metadata::{Sidecar, calibrated},
 };
 use crate::{
     batch::{
         CameraRig, Fingerprint, FrameFailure, InputHash, Plan, PlannedFrame,
         resume::fingerprint::{FINGERPRINT, SCENE},
     },
-    camera::PinholeView,
+    camera::{CalibratedView, ViewDistortion},
     error::Error,
     film::Window,
     output::{OutputError, Value, atomic, job_file::FolderGate},
@@ -101,7 +101,53 @@ struct Frame {
     cy: f64,
     camera_angle_x: f64,
     camera_angle_y: f64,
+    #[serde(flatten)]
+    distortion: Coefficients,
     transform_matrix: [[f64; 4]; 4],
+}
+
+/// Coefficients under their names.
+#[derive(Default, Serialize, Deserialize)]
+#[serde(default)]
+struct Coefficients {
+    #[serde(skip_serializing_if = "Option::is_none")]
+    k1: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    k2: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    k3: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    k4: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    p1: Option<f64>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    p2: Option<f64>,
+}
+
+impl From<ViewDistortion> for Coefficients {
+    fn from(distortion: ViewDistortion) -> Self {
+        let radial = |k1, k2, k3| Self {
+            k1: Some(k1),
+            k2: Some(k2),
+            k3: Some(k3),
+            ..Self::default()
+        };
+        match distortion {
+            ViewDistortion::None => Self::default(),
+            ViewDistortion::OpenCv {
+                radial: [k1, k2, k3],
+                tangential: [p1, p2],
+            } => Self {
+                p1: Some(p1),
+                p2: Some(p2),
+                ..radial(k1, k2, k3)
+            },
+            ViewDistortion::OpenCvFisheye([k1, k2, k3, k4]) => Self {
+                k4: Some(k4),
+                ..radial(k1, k2, k3)
+            },
+        }
+    }
 }
 
 impl Transforms {
@@ -110,9 +156,16 @@ impl Transforms {
         let frame = |frame: &PlannedFrame| {
             Ok(Frame::new(
                 (frame.number, picture_name(plan, frame.number)),
-                &pinhole(&rig.camera(plan, frame))?,
+                &calibrated(&rig.camera(plan, frame))?,
                 window,
             ))
+        };
+        let first = plan.all_frames().first();
+        let first = first.map(|frame| calibrated(&rig.camera(plan, frame))).transpose()?;
+        let model = match first.map(|view| view.distortion).unwrap_or_default() {
+            ViewDistortion::None => "PINHOLE",
+            ViewDistortion::OpenCv { .. } => "OPENCV",
+            ViewDistortion::OpenCvFisheye(_) => "OPENCV_FISHEYE",
         };
         let own: HashSet<i32> = plan.frames.iter().map(|frame| frame.number).collect();
         let failed: HashSet<i32> = failures.iter().map(|failure| failure.frame).collect();
@@ -125,7 +178,7 @@ impl Transforms {
             conventions: "transform_matrix is camera to world, in metres; the camera looks along its -z, +y is up; \
                           lengths of intrinsics are in pixels, and pixel centres are at .5; cameras are those at which shutters open"
                 .into(),
-            camera_model: "PINHOLE".into(),
+            camera_model: model.into(),
             w: window.width(),
             h: window.height(),
             frames: frames.collect::<Result<_, Error>>()?,
@@ -166,7 +219,8 @@ impl Transforms {
 
 impl Frame {
     /// The frame of this number and picture, which shows `window` of the whole.
-    fn new((frame, file_path): (i32, String), view: &PinholeView, window: Window) -> Self {
+    fn new((frame, file_path): (i32, String), calibrated: &CalibratedView, window: Window) -> Self {
+        let view = &calibrated.view;
         let angle = |size: u32, focal: f64| 2.0 * libm::atan(0.5 * f64::from(size) / focal);
         let (DMat3 { x_axis, y_axis, z_axis }, eye) = (view.axes, view.eye);
         let row = |i: usize| [x_axis[i], y_axis[i], z_axis[i], eye[i]];
@@ -180,6 +234,7 @@ impl Frame {
             cy: cy - f64::from(window.y0),
             camera_angle_x: angle(window.width(), fl_x),
             camera_angle_y: angle(window.height(), fl_y),
+            distortion: calibrated.distortion.into(),
             transform_matrix: [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]],
         }
     }

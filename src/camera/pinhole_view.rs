@@ -1,9 +1,8 @@
-//! A perspective camera in the numbers of computer vision and of photographers.
+//! A camera in the numbers of computer vision.
 
 use glam::{DMat3, DMat4, DVec3, DVec4};
 
-use super::Perspective;
-use crate::camera::{DepthOfField, FilmSize, LensFacts, ViewMatrices, facts};
+use super::{FilmSize, ViewMatrices, facts};
 
 /// The place and the intrinsics of a pinhole camera.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -16,32 +15,6 @@ pub struct PinholeView {
     pub focal: [f64; 2],
     /// The point of the film on the line of sight, in pixels from the top left corner; pixel centres are at .5.
     pub center: [f64; 2],
-}
-
-impl Perspective {
-    /// The camera seen through the middle of its lens.
-    pub(super) fn view(&self) -> PinholeView {
-        let [right, up] = self.lens_axes;
-        let place = |axis: DVec3| -self.corner.dot(axis) / axis.length_squared();
-        PinholeView {
-            eye: self.eye,
-            axes: DMat3::from_cols(right, up, -self.forward()),
-            focal: [self.right.length().recip(), self.down.length().recip()],
-            center: [place(self.right), place(self.down)],
-        }
-    }
-
-    /// The lens in the terms of photographers.
-    pub(super) fn facts(&self) -> LensFacts {
-        let diameter = 2000.0 * self.lens_radius;
-        LensFacts {
-            focal_length: self.focal_length,
-            depth_of_field: (diameter > 0.0).then(|| DepthOfField {
-                fstop: self.focal_length / diameter,
-                focus_distance: self.focus_distance,
-            }),
-        }
-    }
 }
 
 impl PinholeView {
@@ -62,4 +35,22 @@ impl PinholeView {
             ndc_from_world: Some(ndc_from_camera * camera_from_world),
         }
     }
+}
+
+/// The distortion of a camera, as data sets say it.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum ViewDistortion {
+    #[default]
+    None,
+    /// `k1, k2, k3` and `p1, p2` of OpenCV.
+    OpenCv { radial: [f64; 3], tangential: [f64; 2] },
+    /// `k1, k2, k3, k4` of OpenCV's `fisheye`.
+    OpenCvFisheye([f64; 4]),
+}
+
+/// A camera as data sets say it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct CalibratedView {
+    pub view: PinholeView,
+    pub distortion: ViewDistortion,
 }

@@ -1,0 +1,152 @@
+//! OpenCV's distortion of the plane at distance 1: radial with a rational factor, tangential, thin prism.
+
+use std::f64::consts::FRAC_PI_2;
+
+use glam::{DMat2, DVec2, DVec3};
+use serde::Serialize;
+
+use super::{
+    model::{Model, between, padded},
+    rising::{invert, rising_end},
+};
+use crate::camera::ViewDistortion;
+
+/// The most steps of Newton's method.
+const MAX_STEPS: u32 = 32;
+
+/// The largest error of a solution, in focal lengths: a millionth of a pixel where these are 100,000 pixels.
+const TOLERANCE: f64 = 1e-11;
+
+/// OpenCV's model, up to the radius at which its pictures fold over.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Brown {
+    /// `k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4`.
+    coefficients: [f64; 12],
+    /// The radius on the plane at distance 1.
+    end: f64,
+}
+
+impl Brown {
+    /// The radial factor and its derivative by the square of the radius.
+    fn factor(&self, r2: f64) -> [f64; 2] {
+        let [k1, k2, _, _, k3, k4, k5, k6, ..] = self.coefficients;
+        let above = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3));
+        let below = 1.0 + r2 * (k4 + r2 * (k5 + r2 * k6));
+        let above_slope = k1 + r2 * (2.0 * k2 + r2 * 3.0 * k3);
+        let below_slope = k4 + r2 * (2.0 * k5 + r2 * 3.0 * k6);
+        [
+            above / below,
+            (above_slope * below - above * below_slope) / (below * below),
+        ]
+    }
+
+    /// The distorted radius and its slope.
+    fn radius(&self, r: f64) -> [f64; 2] {
+        let [factor, slope] = self.factor(r * r);
+        [r * factor, factor + 2.0 * r * r * slope]
+    }
+
+    /// The place of a point of the plane, and its derivatives.
+    fn distorted(&self, p: DVec2) -> (DVec2, DMat2) {
+        let [_, _, p1, p2, _, _, _, _, s1, s2, s3, s4] = self.coefficients;
+        let (x, y, r2) = (p.x, p.y, p.length_squared());
+        let [factor, slope] = self.factor(r2);
+        let place = DVec2::new(
+            x * factor + 2.0 * p1 * x * y + p2 * (r2 + 2.0 * x * x) + r2 * (s1 + s2 * r2),
+            y * factor + p1 * (r2 + 2.0 * y * y) + 2.0 * p2 * x * y + r2 * (s3 + s4 * r2),
+        );
+        let (prism_x, prism_y) = (s1 + 2.0 * s2 * r2, s3 + 2.0 * s4 * r2);
+        let cross = 2.0 * x * y * slope + 2.0 * p1 * x + 2.0 * p2 * y;
+        let by_x = DVec2::new(
+            factor + 2.0 * x * x * slope + 2.0 * p1 * y + 6.0 * p2 * x + 2.0 * x * prism_x,
+            cross + 2.0 * x * prism_y,
+        );
+        let by_y = DVec2::new(
+            cross + 2.0 * y * prism_x,
+            factor + 2.0 * y * y * slope + 6.0 * p1 * y + 2.0 * p2 * x + 2.0 * y * prism_y,
+        );
+        (place, DMat2::from_cols(by_x, by_y))
+    }
+
+    /// With the end of what its radial part can show.
+    fn ended(coefficients: [f64; 12]) -> Self {
+        let whole = Self {
+            coefficients,
+            end: f64::INFINITY,
+        };
+        let rises = |angle: f64| {
+            let r = libm::tan(angle);
+            let [at, slope] = whole.radius(r);
+            slope > 0.0 && at.is_finite() && at >= 0.0
+        };
+        let most = FRAC_PI_2 - 1e-4;
+        Self {
+            end: libm::tan(rising_end(most, rises)),
+            ..whole
+        }
+    }
+}
+
+impl Model for Brown {
+    const COUNTS: &'static [usize] = &[4, 5, 8, 12];
+    const HAS_PLANE: bool = true;
+
+    fn new(coefficients: &[f64]) -> Self {
+        Self::ended(padded(coefficients))
+    }
+
+    fn within(self, _reach: f64) -> Self {
+        self
+    }
+
+    fn place(&self, d: DVec3) -> Option<DVec2> {
+        let p = d.truncate() / d.z;
+        let is_seen = d.z > 0.0 && p.length() <= self.end;
+        let (place, slopes) = self.distorted(p);
+        (is_seen && slopes.determinant() > 0.0).then_some(place)
+    }
+
+    fn direction(&self, place: DVec2) -> Option<DVec3> {
+        let radius = place.length();
+        // Without the tangential terms.
+        let most = self.radius(self.end)[0];
+        let straight = invert(radius.min(most), self.end, |r| self.radius(r))?;
+        let mut p = if radius > 0.0 {
+            place * (straight / radius)
+        } else {
+            place
+        };
+        for _ in 0..MAX_STEPS {
+            let (at, slopes) = self.distorted(p);
+            let error = place - at;
+            if error.length_squared() <= TOLERANCE * TOLERANCE {
+                let is_seen = p.length() <= self.end && slopes.determinant() > 0.0;
+                return is_seen.then(|| p.extend(1.0));
+            }
+            p += slopes.inverse() * error;
+            if !p.is_finite() {
+                return None;
+            }
+        }
+        None
+    }
+
+    fn middle_slope(&self) -> f64 {
+        1.0
+    }
+
+    fn of_data_sets(&self) -> Option<ViewDistortion> {
+        let [k1, k2, p1, p2, k3, others @ ..] = self.coefficients;
+        (others == [0.0; 7]).then_some(ViewDistortion::OpenCv {
+            radial: [k1, k2, k3],
+            tangential: [p1, p2],
+        })
+    }
+
+    fn between(&self, to: &Self, u: f64) -> Self {
+        if self.coefficients == to.coefficients {
+            return *self;
+        }
+        Self::ended(between(&self.coefficients, &to.coefficients, u))
+    }
+}

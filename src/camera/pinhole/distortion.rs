@@ -1,0 +1,109 @@
+//! The distortions of lenses: one file for each family, and one row for each model here.
+
+use glam::{DVec2, DVec3};
+use serde::{Deserialize, Serialize};
+
+use super::{
+    brown::Brown,
+    fisheyes::{FisheyePolynomial, KannalaBrandt},
+    model::Model,
+};
+use crate::{
+    camera::ViewDistortion,
+    value::{Precise, Problem, Spanned},
+};
+
+macro_rules! models {
+    ($( $name:literal => $Variant:ident, )*) => {
+        /// The description of a distortion in a scene file: a model, and its coefficients.
+        #[derive(Clone, Debug, Deserialize)]
+        pub enum DistortionDesc { $( #[serde(rename = $name)] $Variant(Spanned<Vec<Precise>>), )* }
+
+        impl DistortionDesc {
+            /// # Errors
+            /// A number of coefficients that the model does not take.
+            pub fn compile(&self) -> Result<Distortion, Problem> {
+                match self { $(
+                    Self::$Variant(given) => {
+                        let coefficients: Vec<f64> = given.get_ref().iter().map(|c| c.0).collect();
+                        if !$Variant::COUNTS.contains(&coefficients.len()) {
+                            let message = format!("`{}` takes {} numbers, found {}", $name, counts($Variant::COUNTS), coefficients.len());
+                            return Err(Problem::at(given.span(), message));
+                        }
+                        let model = $Variant::new(&coefficients);
+                        match model.flaw() {
+                            Some(flaw) => Err(Problem::at(given.span(), flaw)),
+                            None => Ok(Distortion::$Variant(model)),
+                        }
+                    }
+                )* }
+            }
+        }
+
+        /// The distortion of a lens.
+        #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+        pub enum Distortion { None, $( $Variant($Variant), )* }
+
+        impl Distortion {
+            /// This distortion on a film that reaches this many focal lengths from the optical axis.
+            pub(super) fn within(&self, reach: f64) -> Self {
+                match self { Self::None => Self::None, $( Self::$Variant(model) => Self::$Variant(model.within(reach)), )* }
+            }
+
+            /// Whether depth is measured along the axis.
+            pub(super) fn has_plane(&self) -> bool {
+                match self { Self::None => true, $( Self::$Variant(_) => $Variant::HAS_PLANE, )* }
+            }
+
+            /// See [`Model::place`].
+            pub(super) fn place(&self, d: DVec3) -> Option<DVec2> {
+                match self {
+                    Self::None => (d.z > 0.0).then(|| d.truncate() / d.z),
+                    $( Self::$Variant(model) => model.place(d), )*
+                }
+            }
+
+            /// See [`Model::direction`].
+            #[inline]
+            pub(super) fn direction(&self, place: DVec2) -> Option<DVec3> {
+                match self {
+                    Self::None => Some(place.extend(1.0)),
+                    $( Self::$Variant(model) => model.direction(place), )*
+                }
+            }
+
+            /// See [`Model::middle_slope`].
+            pub(super) fn middle_slope(&self) -> f64 {
+                match self { Self::None => 1.0, $( Self::$Variant(model) => model.middle_slope(), )* }
+            }
+
+            /// See [`Model::of_data_sets`].
+            pub(super) fn of_data_sets(&self) -> Option<ViewDistortion> {
+                match self { Self::None => Some(ViewDistortion::None), $( Self::$Variant(model) => model.of_data_sets(), )* }
+            }
+
+            /// See [`Model::between`]; another model stays.
+            pub(super) fn between(&self, to: &Self, u: f64) -> Self {
+                match (self, to) {
+                    $( (Self::$Variant(a), Self::$Variant(b)) => Self::$Variant(a.between(b, u)), )*
+                    (stays, _) => *stays,
+                }
+            }
+        }
+    };
+}
+
+models! {
+    "opencv" => Brown,
+    "kannala_brandt" => KannalaBrandt,
+    "fisheye_polynomial" => FisheyePolynomial,
+}
+
+/// Numbers as a list of alternatives.
+fn counts(all: &[usize]) -> String {
+    let texts: Vec<_> = all.iter().map(usize::to_string).collect();
+    match texts.split_last() {
+        Some((last, rest)) if !rest.is_empty() => format!("{} or {last}", rest.join(", ")),
+        _ => texts.concat(),
+    }
+}
