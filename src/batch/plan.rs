@@ -109,6 +109,8 @@ pub struct FilePlan {
     pub files_of_caller: Vec<PathBuf>,
     /// The denoising of the frames, if any.
     pub denoise: Option<DenoisePlan>,
+    /// Whether other files than EXR files hold passes.
+    pub has_arrays: bool,
     /// Whether PNG files hold the numbers of objects, of which they have 16 bits.
     pub has_png_ids: bool,
 }
@@ -302,6 +304,7 @@ impl FilePlan {
             encoding: encoding::of(&desc.output, request.png_depth_unit, &picture.settings.passes, &formats)?,
             picture: patterns.picture().cloned(),
             sidecars: request.metadata.clone(),
+            has_arrays: patterns.has_arrays(),
             has_png_ids: request.png_ids.is_some(),
             files_of_caller: request.files_of_caller.clone(),
             denoise: request.denoise.clone().map(|options| DenoisePlan {

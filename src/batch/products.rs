@@ -2,6 +2,7 @@
 
 pub mod denoise;
 pub(super) mod denoised;
+mod films;
 pub(super) mod finished;
 mod ids;
 pub(super) mod merge;

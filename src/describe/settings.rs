@@ -147,7 +147,7 @@ fn some_files<'de, D: Deserializer<'de>>(d: D) -> Result<Option<OneOrMany>, D::E
 /// | `tiled` | whether EXR files have tiles of 64x64 pixels instead of lines: `true` or `false` | `false` |
 ///
 /// In a file pattern `####` is the frame number with four digits; `%04d` and `$F4` mean the same. The ending selects the
-/// format. An EXR file holds scene-linear light with the primaries of Rec. 709, a PNG file display values. An NPZ file holds the
+/// format. An EXR file holds scene-linear light with the primaries of Rec. 709, a PNG or JPG file display values. An NPZ file holds the
 /// numbers of EXR files as arrays of NumPy, see [NPZ files](../interface.md#output).
 ///
 /// | view | display values |

@@ -133,11 +133,17 @@ impl FilmLayout {
     }
 
     /// Sets the names of a scene's mattes, which files list.
-    pub fn with_mattes<'a>(mut self, mattes: impl Fn() -> &'a Mattes) -> Self {
-        for plane in &mut self.planes {
-            if let PassSource::Matte(kind) = plane.pass.source {
-                plane.mattes = Some(Arc::clone(mattes().table(kind)));
-            }
+    pub fn with_mattes<'a>(self, mattes: impl Fn() -> &'a Mattes) -> Self {
+        self.with_matte_tables(|plane| match plane.pass.source {
+            PassSource::Matte(kind) => Some(Arc::clone(mattes().table(kind))),
+            _ => None,
+        })
+    }
+
+    /// Sets the names of the mattes of each plane that has ranks.
+    pub fn with_matte_tables(mut self, table: impl Fn(&PlaneSpec) -> Option<Arc<MatteTable>>) -> Self {
+        for plane in self.planes.iter_mut().filter(|plane| plane.ranks > 0) {
+            plane.mattes = table(plane);
         }
         self
     }

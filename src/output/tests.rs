@@ -80,6 +80,31 @@ fn every_format_writes_the_same_whole_file_twice() {
 }
 
 #[test]
+fn a_cut_or_a_changed_byte_is_found_in_every_format_and_is_never_a_panic() {
+    let home = tempfile::tempdir().unwrap();
+    let (film, metadata) = (film(&["objectId"], [3, 2]), metadata());
+    for &format in FORMATS {
+        let (whole, _) = encode(format, &image(&film, &metadata), Encoding::default()).unwrap();
+        let path = home.path().join("f").with_extension(format.name());
+        let is_whole = |bytes: &[u8]| {
+            std::fs::write(&path, bytes).unwrap();
+            format.facts(&path);
+            format.inspect(&path).is_some()
+        };
+        assert!(is_whole(&whole), "{}", format.name());
+        let mut unseen = 0;
+        for at in 0..whole.len() {
+            assert!(!is_whole(&whole[..at]), "{}: {at} bytes", format.name());
+            let mut changed = whole.clone();
+            changed[at] ^= 1 << (at % 8);
+            unseen += usize::from(is_whole(&changed));
+        }
+        // The checksum of the chunk that holds the seal of a PNG file.
+        assert_eq!(unseen, if format.name() == "png" { 4 } else { 0 }, "{}", format.name());
+    }
+}
+
+#[test]
 fn a_whole_file_says_what_it_is() {
     let home = tempfile::tempdir().unwrap();
     let attributes = vec![

@@ -24,6 +24,19 @@ fn arrays(file: &[u8]) -> BTreeMap<String, (String, Vec<u8>)> {
     arrays
 }
 
+/// The bits of the channels of an EXR file of floats.
+fn channels(folder: &Folder, name: &str) -> BTreeMap<String, Vec<u32>> {
+    let image = folder.open_exr(name);
+    let list = image.layer_data[0].channel_data.list.iter();
+    let bits = |data: &exr::prelude::FlatSamples| match data {
+        exr::prelude::FlatSamples::F32(values) => values.iter().map(|v| v.to_bits()).collect(),
+        exr::prelude::FlatSamples::U32(values) => values.clone(),
+        exr::prelude::FlatSamples::F16(_) => panic!("a half"),
+    };
+    list.map(|channel| (channel.name.to_string(), bits(&channel.sample_data)))
+        .collect()
+}
+
 #[test]
 fn arrays_have_the_bits_of_the_channels_of_exr_files() {
     let folder = Folder::new();
@@ -50,19 +63,8 @@ fn arrays_have_the_bits_of_the_channels_of_exr_files() {
         "4",
     ];
     folder.succeed(&[&job[..], &small].concat());
-    let image = folder.open_exr("f.exr");
-    let channel = |name: &str| -> Vec<u32> {
-        let mut list = image.layer_data[0].channel_data.list.iter();
-        match &list
-            .find(|c| c.name.to_string() == name)
-            .expect("a channel")
-            .sample_data
-        {
-            exr::prelude::FlatSamples::F32(values) => values.iter().map(|v| v.to_bits()).collect(),
-            exr::prelude::FlatSamples::U32(values) => values.clone(),
-            exr::prelude::FlatSamples::F16(_) => panic!("{name} is a half"),
-        }
-    };
+    let channels = channels(&folder, "f.exr");
+    let channel = |name: &str| channels[name].clone();
     let arrays = arrays(&folder.read("f.npz"));
     let matte = |first: usize| {
         ["00.R", "00.B", "01.R", "01.B"].map(|c| {
@@ -121,6 +123,56 @@ fn arrays_have_the_bits_of_the_channels_of_exr_files() {
         let id = id.as_u64().and_then(|id| u32::try_from(id).ok()).expect("a number");
         assert!(ids.contains(&id), "{name}");
     }
+}
+
+#[test]
+fn arrays_of_denoised_frames_have_all_passes_of_the_denoised_exr_files() {
+    let folder = Folder::new();
+    let job = [
+        &repo_str("scenes/passes/scene.toml"),
+        "-o",
+        "f.exr",
+        "-o",
+        "f.npz",
+        "--denoise",
+        "--exr-type",
+        "float",
+    ];
+    let small = [
+        "--aovs",
+        "depth,objectId,CryptoObject,lightgroup",
+        "--resolution",
+        "24x16",
+        "--samples",
+        "4",
+    ];
+    folder.succeed(&[&job[..], &small].concat());
+    let (channels, arrays) = (channels(&folder, "f.exr"), arrays(&folder.read("f.npz")));
+    for (array, of_exr) in [
+        ("rgba", &["R", "G", "B", "A"][..]),
+        ("depth", &["depth.Z"]),
+        ("objectId", &["objectId.Y"]),
+        (
+            "lightgroup_default",
+            &["lightgroup_default.R", "lightgroup_default.G", "lightgroup_default.B"],
+        ),
+        ("beauty_a", &["beauty_a.R", "beauty_a.G", "beauty_a.B"]),
+    ] {
+        let numbers: Vec<u32> = arrays[&format!("{array}.npy")]
+            .1
+            .as_chunks()
+            .0
+            .iter()
+            .map(|b| u32::from_le_bytes(*b))
+            .collect();
+        for (i, name) in of_exr.iter().enumerate() {
+            let of_npz: Vec<u32> = numbers.iter().skip(i).step_by(of_exr.len()).copied().collect();
+            assert!(of_npz == channels[*name], "{name}");
+        }
+    }
+    let metadata: Value = serde_json::from_slice(&arrays["metadata.npy"].1).expect("JSON");
+    let mattes = metadata["mattes"]["CryptoObject"].as_object().expect("names");
+    assert!(mattes.contains_key("floor") && arrays.contains_key("CryptoObject_coverage.npy"));
 }
 
 const JOB: [&str; 9] = [

@@ -5,7 +5,7 @@ use crate::{
     batch::Request,
     describe::{OneOrMany, SceneDesc},
     error::Error,
-    output::{Contents, FilePattern, FilePatternError, Format},
+    output::{Contents, Exr, FilePattern, FilePatternError, Format},
 };
 
 /// The patterns of a job's files.
@@ -64,6 +64,13 @@ impl Patterns {
             .map(FilePattern::format)
             .chain(self.stream)
             .collect()
+    }
+
+    /// Whether other files than EXR files hold passes.
+    pub fn has_arrays(&self) -> bool {
+        let formats = self.all().map(FilePattern::format).chain(self.stream);
+        let mut data = formats.filter(|format| format.contents() == Contents::Data);
+        data.any(|format| format.name() != Exr.name())
     }
 
     /// All patterns, those of final files first.

@@ -9,7 +9,10 @@ use std::{
 
 use rayon::prelude::*;
 
-use super::denoise::{self, DenoiseRequest, DenoisedFrames, Helpers};
+use super::{
+    denoise::{self, DenoiseRequest, DenoisedFrames, Helpers},
+    films,
+};
 use crate::{
     batch::{
         Existing, FrameFailure, FrameRange, InputHash, JobEvent, Observer, OnFailure, Plan, PlannedFrame, Stale,
@@ -20,8 +23,7 @@ use crate::{
     },
     denoise::DenoiseError,
     error::Error,
-    film::{Film, FilmLayout},
-    output::{Coverage, Exr, ExrFile, Format as _, FrameImage, Numbers, OutputError, Value},
+    output::{Coverage, Exr, ExrFile, Format as _, FrameImage, OutputError, Value},
     render::Cancel,
 };
 
@@ -255,7 +257,10 @@ impl DenoisedFrames for JobFrames<'_> {
 
 impl JobFrames<'_> {
     fn write_files(&self, frame: i32, file: &ExrFile) -> Result<(), OutputError> {
-        let film = picture(file);
+        let film = match self.plan.files.has_arrays {
+            true => films::all_passes(file, self.plan),
+            false => films::picture(file),
+        };
         let mut metadata = self.plan.metadata(frame);
         metadata.samples = film.samples;
         metadata.attributes = file.given_attributes().cloned().collect();
@@ -276,24 +281,4 @@ impl JobFrames<'_> {
         }
         Ok(())
     }
-}
-
-/// The beauty of a file.
-pub(super) fn picture(file: &ExrFile) -> Film {
-    let part = &file.parts[0];
-    let resolution = [part.display.width(), part.display.height()];
-    let mut film = Film::new(resolution, part.data, &FilmLayout::default());
-    if let Some(Value::Int(samples)) = file.attribute("batch-render/samples") {
-        film.samples = samples.unsigned_abs();
-    }
-    let pixels = film.values_mut(0);
-    for (channel, name) in ["R", "G", "B", "A"].into_iter().enumerate() {
-        let plane = file.planes().find(|plane| plane.name == name);
-        if let Some(Numbers::Half(values) | Numbers::Float(values)) = plane.map(|plane| &plane.numbers) {
-            for (pixel, value) in pixels.chunks_exact_mut(4).zip(values) {
-                pixel[channel] = *value;
-            }
-        }
-    }
-    film
 }

@@ -1,6 +1,6 @@
 //! The pictures of frames that were there before a job.
 
-use super::denoised;
+use super::films;
 use crate::{
     batch::{Plan, PlannedFrame},
     output::{Coverage, Exr, ExrFile, Format as _, FrameImage, Shown},
@@ -17,7 +17,7 @@ pub fn with_finished<T>(plan: &Plan, frame: &PlannedFrame, show: impl FnOnce(&Fr
     let file = files.iter().find(|file| file.format.name() == Exr.name())?;
     let file = ExrFile::read(&file.path).ok()?;
     file.planes().find(|plane| plane.name == "R")?;
-    let film = denoised::picture(&file);
+    let film = films::picture(&file);
     let metadata = plan.metadata(frame.number);
     Some(show(&FrameImage {
         film: &film,

@@ -2,21 +2,50 @@
 //!
 //! Source: Friedman and Jones, "Cryptomatte Specification", version 1.2.0.
 
-use crate::{film::PlaneSpec, math::hash, output::Attribute, scene::MatteTable};
+use std::collections::BTreeMap;
+
+use crate::{
+    film::PlaneSpec,
+    math::hash,
+    output::{Attribute, Value},
+    scene::{Matte, MatteTable},
+};
 
 /// The attributes of a plane of mattes; none for other planes.
 pub(super) fn attributes(plane: &PlaneSpec) -> Vec<Attribute> {
     let Some(mattes) = &plane.mattes else {
         return Vec::new();
     };
-    let key = format!("{:08x}", hash::name_as_float(&plane.name).to_bits());
-    let attribute = |what: &str, value: String| Attribute::new(format!("cryptomatte/{}/{what}", &key[..7]), value);
+    let attribute = |what: &str, value: String| Attribute::new(name(&plane.name, what), value);
     vec![
         attribute("name", plane.name.clone()),
         attribute("hash", "MurmurHash3_32".to_owned()),
         attribute("conversion", "uint32_to_float32".to_owned()),
-        attribute("manifest", manifest(mattes)),
+        attribute(MANIFEST, manifest(mattes)),
     ]
+}
+
+const MANIFEST: &str = "manifest";
+
+/// The name of an attribute of a pass.
+fn name(pass: &str, what: &str) -> String {
+    let key = format!("{:08x}", hash::name_as_float(pass).to_bits());
+    format!("cryptomatte/{}/{what}", &key[..7])
+}
+
+/// The mattes of a pass by the attributes of a file.
+pub(super) fn table<'a>(mut attributes: impl Iterator<Item = &'a Attribute>, pass: &str) -> Option<MatteTable> {
+    let name = name(pass, MANIFEST);
+    let Value::String(json) = &attributes.find(|attribute| attribute.name == name)?.value else {
+        return None;
+    };
+    let ids: BTreeMap<String, String> = serde_json::from_str(json).ok()?;
+    let matte = |(name, id): (String, String)| {
+        let id = u32::from_str_radix(&id, 16).ok()?;
+        Some(Matte { name, id })
+    };
+    let mattes = ids.into_iter().map(matte).collect::<Option<_>>()?;
+    Some(MatteTable { mattes })
 }
 
 /// The names of all mattes with their ids, as JSON.

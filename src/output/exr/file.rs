@@ -11,6 +11,7 @@ use rayon::prelude::*;
 
 use super::{
     compression::Compression,
+    cryptomatte,
     headers::{Header, Headers},
     image::{Channel, ChannelData, Image, Samples},
     write::{write, write_parts},
@@ -18,6 +19,7 @@ use super::{
 use crate::{
     film::Window,
     output::{Attribute, BlockShape, EncodeError, Value, facts},
+    scene::MatteTable,
 };
 
 /// The attributes that the writer computes.
@@ -257,6 +259,11 @@ impl ExrFile {
     /// The planes of all parts.
     pub fn planes(&self) -> impl Iterator<Item = &Plane> {
         self.parts.iter().flat_map(|part| &part.planes)
+    }
+
+    /// The mattes of a pass, if it is one of mattes.
+    pub fn mattes(&self, pass: &str) -> Option<MatteTable> {
+        cryptomatte::table(self.parts.iter().flat_map(|part| &part.attributes), pass)
     }
 
     /// The attribute of this name in the first part.
