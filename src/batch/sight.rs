@@ -2,7 +2,10 @@
 
 use rayon::prelude::*;
 
-use super::Plan;
+use super::{
+    Plan,
+    plan::metering::{objects_pass, surfaces},
+};
 use crate::{
     camera::FrameCamera,
     film::{Film, passes::Display},
@@ -61,11 +64,13 @@ pub(super) fn fault(
     }
     let (mut seen, mut black_seen) = (0, 0);
     let hits = first_hits(plan, scene, camera)?;
-    for (pixel, _) in pixels.iter().zip(hits.beauty()).filter(|(_, hit)| hit[3] > 0.0) {
+    let hits_nothing = hits.beauty().iter().all(|hit| hit[3] <= 0.0);
+    // A catcher without shadow is black and transparent, and no fault.
+    for (pixel, _) in pixels.iter().zip(surfaces(scene, &hits)).filter(|(_, shown)| *shown) {
         seen += 1;
         black_seen += usize::from(is_black(pixel));
     }
-    let why = if seen == 0 {
+    let why = if hits_nothing {
         "the camera sees nothing of the scene"
     } else if 2 * black_seen > seen {
         "no light reaches what the camera sees, or it is black itself"
@@ -75,13 +80,13 @@ pub(super) fn fault(
     Some(format!("{black} % of the picture is black: {why}"))
 }
 
-/// A picture whose alpha tells where the camera sees something.
+/// A picture whose alpha tells where the camera sees something, and the objects there.
 fn first_hits(plan: &Plan, scene: &Scene, camera: &FrameCamera) -> Option<Film> {
     let settings = Settings {
         content: Content::FirstHits,
         samples: SampleBudget::fixed(1),
         filter: None,
-        passes: Vec::new(),
+        passes: vec![objects_pass()],
         ..plan.picture.settings.clone()
     };
     let integrator = plan.picture.integrator.as_dyn();

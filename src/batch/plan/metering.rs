@@ -41,7 +41,7 @@ impl Plan {
             return Ok(plan);
         }
         let settings = Settings {
-            passes: vec![PassRequest::parse(OBJECTS).expect("the table has the row")],
+            passes: vec![objects_pass()],
             ..Settings::new(metered_resolution(self.picture.settings.resolution), SAMPLES)
         };
         let control = Control {
@@ -65,8 +65,16 @@ impl Plan {
     }
 }
 
+/// The pass that [`surfaces`] reads.
+pub(in crate::batch) fn objects_pass() -> PassRequest {
+    PassRequest::parse(OBJECTS).expect("the table has the row")
+}
+
 /// Whether each pixel shows an object that is neither a shadow catcher nor a holdout, at the sample nearest to its middle.
-fn surfaces(scene: &Scene, film: &Film) -> Vec<bool> {
+///
+/// # Panics
+/// The film has no [`objects_pass`].
+pub(in crate::batch) fn surfaces(scene: &Scene, film: &Film) -> Vec<bool> {
     let shows = |number: &f32| {
         let part = number.to_bits().checked_sub(1);
         let object = part.map(|part| scene.mattes().parts()[part as usize].object);
