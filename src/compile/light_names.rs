@@ -8,7 +8,8 @@ use crate::{
     describe::SceneDesc,
     light::{LightFind, Profile, ProfileId},
     math::DVec3,
-    value::{Problem, Spanned},
+    value::{Problem, Spanned, one_line},
+    warnings::{WarningKind, Warnings},
 };
 
 /// The files and textures that the lights of a scene name.
@@ -22,8 +23,8 @@ impl<'a> LightNames<'a> {
     pub fn new(desc: &'a SceneDesc) -> Self {
         let mut files: Vec<String> = Vec::new();
         for file in desc.lights.iter().filter_map(|entry| entry.light.ies()) {
-            if !files.contains(file.get_ref()) {
-                files.push(file.get_ref().clone());
+            if !files.contains(file.name.get_ref()) {
+                files.push(file.name.get_ref().clone());
             }
         }
         Self {
@@ -42,6 +43,26 @@ impl<'a> LightNames<'a> {
             }
         }
         if errors.is_empty() { Ok(profiles) } else { Err(errors) }
+    }
+
+    /// Warns of lights whose files send all light to a side that does not shine; `profiles` are those of the files.
+    pub fn warn_dark(&self, desc: &SceneDesc, profiles: &[Profile], warnings: &Warnings) {
+        for (i, entry) in desc.lights.iter().enumerate() {
+            let Some(file) = entry.light.ies() else { continue };
+            let name = file.name.get_ref();
+            let profile = self
+                .files
+                .iter()
+                .position(|known| known == name)
+                .map(|at| &profiles[at]);
+            if profile.is_some_and(|profile| file.is_dark(profile)) {
+                let (light, shown) = (format!("light {}", i + 1), one_line(name, 80));
+                let text = format!(
+                    "{light} is dark: all light of `ies = \"{shown}\"` goes backwards, which needs `two_sided = true`"
+                );
+                warnings.add_topic(WarningKind::UNUSED_SETTING, "ies", light, text);
+            }
+        }
     }
 
     /// Calls `with` to compile lights of a scene with this origin.

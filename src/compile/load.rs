@@ -164,7 +164,8 @@ pub fn load_moving(
     let environment = environment.filter(|_| kept.is_none());
     let has_environment = environment.is_some();
     images.extend(environment);
-    let profiles = LightNames::new(desc).load(desc.folder(), store.files());
+    let light_names = LightNames::new(desc);
+    let profiles = light_names.load(desc.folder(), store.files());
     let (motion, mut bitmaps, profiles) = match (motion, store.images(&images), profiles) {
         (Ok(motion), Ok(bitmaps), Ok(profiles)) => (motion, bitmaps, profiles),
         (motion, bitmaps, profiles) => {
@@ -172,6 +173,7 @@ pub fn load_moving(
             return Err(Error::Assets(errors.flatten().collect()));
         }
     };
+    light_names.warn_dark(desc, &profiles, store.warnings());
     for profile in profiles {
         scene.profile(profile);
     }

@@ -23,6 +23,22 @@ pub(super) enum BeamScale {
     FrontPower,
 }
 
+/// The file of a lamp's profile.
+#[derive(Clone, Copy, Debug)]
+pub struct IesFile<'a> {
+    /// Its path, relative to the scene file.
+    pub name: &'a Spanned<String>,
+    /// The sides of the lamp that shine.
+    pub sidedness: Sidedness,
+}
+
+impl IesFile<'_> {
+    /// Whether all light of the file, which has this profile, goes where the lamp does not shine.
+    pub fn is_dark(&self, profile: &Profile) -> bool {
+        self.sidedness == Sidedness::Front && profile.front_power() < f32::MIN_POSITIVE
+    }
+}
+
 /// A profile, turned to the world.
 #[derive(Clone, Copy, Debug)]
 pub struct Beam {

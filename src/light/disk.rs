@@ -26,7 +26,7 @@
 //! The page of [`rect`](rect.md) says how lights with a surface behave, also with an IES file.
 
 use super::{
-    LightFind, Sidedness, aim,
+    IesFile, LightFind, Sidedness, aim,
     beam::Beam,
     lamp::{Lamp, Outlet, lamp_desc},
     picture::{Outline, Picture, Screen},
@@ -52,8 +52,13 @@ lamp_desc! {
 
 impl DiskDesc {
     /// The file of its profile, if it has one.
-    pub fn ies(&self) -> Option<&Spanned<String>> {
-        self.ies.as_ref()
+    pub fn ies(&self) -> Option<IesFile<'_>> {
+        let sidedness = self.sidedness();
+        self.ies.as_ref().map(|name| IesFile { name, sidedness })
+    }
+
+    fn sidedness(&self) -> Sidedness {
+        Sidedness::new(self.two_sided == Some(true))
     }
 
     pub fn compile(&self, find: &LightFind<'_>) -> Result<Lamp, Problem> {
@@ -67,7 +72,7 @@ impl DiskDesc {
         let half = aim::across(axis, self.up).map(|side| side * f64::from(self.radius.0));
         let screen = Screen::new(self.position.get_ref().0, half, axis, Outline::Ellipse, find.origin);
         let outlet = Outlet {
-            sidedness: Sidedness::new(self.two_sided == Some(true)),
+            sidedness: self.sidedness(),
             spread: self.spread.as_ref(),
             beam: Some(&|scale| Beam::new(&self.ies, (axis, self.up), scale, find)),
             picture: Picture::new(&self.texture, screen, find)?,

@@ -9,7 +9,7 @@ use crate::{
     math::{Aabb, Rgb, Vec2, Vec3, WorkingSpace},
     shape::{Shape, ShapeHit},
     texture::Textures,
-    value::{Problem, Spanned},
+    value::Problem,
 };
 
 /// The luminous efficacy of green light, in lm W^-1: that of IES files and of Blender's exporter.
@@ -42,6 +42,7 @@ pub mod tube;
 
 pub use crate::math::Sidedness;
 pub use area_block::AreaBlock;
+pub use beam::IesFile;
 pub use bounds::{LightBounds, OrientationCone};
 pub use find::LightFind;
 pub use lamp::Sight;
@@ -135,7 +136,7 @@ kinds! {
     compiled by fn compile(&self, find: &LightFind<'_>) -> Result<Light, Problem>;
     described by {
         /// The file of its profile, if it has one.
-        fn ies(&self) -> Option<&Spanned<String>>;
+        fn ies(&self) -> Option<IesFile<'_>>;
     }
     changed by {
         /// See [`LightKind::convert_colors`].

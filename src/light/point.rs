@@ -47,7 +47,8 @@ use std::f32::consts::PI;
 use serde::Deserialize;
 
 use super::{
-    Falloff, LightBounds, LightFind, LightKind, LightSample, LightTables, OrientationCone, Sight, aim,
+    Falloff, IesFile, LightBounds, LightFind, LightKind, LightSample, LightTables, OrientationCone, Sidedness, Sight,
+    aim,
     ball::Ball,
     beam::{Beam, BeamScale},
     is_facing, point_bounds, sample_point, temperature,
@@ -99,8 +100,9 @@ impl PointDesc {
     }
 
     /// The file of its profile, if it has one.
-    pub fn ies(&self) -> Option<&Spanned<String>> {
-        self.ies.as_ref()
+    pub fn ies(&self) -> Option<IesFile<'_>> {
+        let sidedness = Sidedness::Both;
+        self.ies.as_ref().map(|name| IesFile { name, sidedness })
     }
 
     pub fn compile(&self, find: &LightFind<'_>) -> Result<PointLight, Problem> {

@@ -45,13 +45,13 @@
 //!
 //! With `ies` the light has the intensities of an IES file as seen from afar: the radiance in a direction is the intensity by the area that
 //! is seen from there. The page of [`point`](point.md#ies-files) tells how the file is turned and which unit it has. Light that the file
-//! sends backwards needs `two_sided = true`, else it is left out; `power` is that of the light which leaves the surface. Within half a degree
-//! of the plane of the surface the light fades. `radiance` and `spread` cannot be given.
+//! sends backwards needs `two_sided = true`, else it is left out, with a warning where nothing remains; `power` is that of the light which
+//! leaves the surface. Within half a degree of the plane of the surface the light fades. `radiance` and `spread` cannot be given.
 //!
 //! Source of the spread: the light that passes the cells of a grid as deep as its cells are wide divided by the tangent of the largest angle.
 
 use super::{
-    LightFind, Sidedness, aim,
+    IesFile, LightFind, Sidedness, aim,
     beam::Beam,
     lamp::{Lamp, Outlet, lamp_desc},
     picture::{Outline, Picture, Screen},
@@ -77,8 +77,13 @@ lamp_desc! {
 
 impl RectDesc {
     /// The file of its profile, if it has one.
-    pub fn ies(&self) -> Option<&Spanned<String>> {
-        self.ies.as_ref()
+    pub fn ies(&self) -> Option<IesFile<'_>> {
+        let sidedness = self.sidedness();
+        self.ies.as_ref().map(|name| IesFile { name, sidedness })
+    }
+
+    fn sidedness(&self) -> Sidedness {
+        Sidedness::new(self.two_sided == Some(true))
     }
 
     pub fn compile(&self, find: &LightFind<'_>) -> Result<Lamp, Problem> {
@@ -97,7 +102,7 @@ impl RectDesc {
         let shape = quad.compile(find.origin)?.into();
         let screen = Screen::new(center, [right, up], axis, Outline::Rectangle, find.origin);
         let outlet = Outlet {
-            sidedness: Sidedness::new(self.two_sided == Some(true)),
+            sidedness: self.sidedness(),
             spread: self.spread.as_ref(),
             beam: Some(&|scale| Beam::new(&self.ies, (axis, self.up), scale, find)),
             picture: Picture::new(&self.texture, screen, find)?,

@@ -19,7 +19,7 @@
 //! It shines outwards. The page of [`rect`](rect.md) says how lights with a surface behave.
 
 use super::{
-    LightFind,
+    IesFile, LightFind,
     lamp::{Lamp, Outlet, lamp_desc},
 };
 use crate::{
@@ -36,7 +36,7 @@ lamp_desc! {
 
 impl SphereDesc {
     /// It has no file.
-    pub fn ies(&self) -> Option<&Spanned<String>> {
+    pub fn ies(&self) -> Option<IesFile<'_>> {
         None
     }
 

@@ -32,7 +32,8 @@
 use serde::Deserialize;
 
 use super::{
-    Falloff, LightBounds, LightFind, LightKind, LightSample, LightTables, OrientationCone, Sidedness, Sight, aim,
+    Falloff, IesFile, LightBounds, LightFind, LightKind, LightSample, LightTables, OrientationCone, Sidedness, Sight,
+    aim,
     point::{PointDesc, PointLight},
 };
 use crate::{
@@ -85,8 +86,9 @@ impl SpotDesc {
     }
 
     /// The file of its profile, if it has one.
-    pub fn ies(&self) -> Option<&Spanned<String>> {
-        self.ies.as_ref()
+    pub fn ies(&self) -> Option<IesFile<'_>> {
+        let sidedness = Sidedness::Both;
+        self.ies.as_ref().map(|name| IesFile { name, sidedness })
     }
 
     pub fn compile(&self, find: &LightFind<'_>) -> Result<SpotLight, Problem> {

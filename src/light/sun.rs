@@ -25,7 +25,7 @@ use std::f32::consts::{PI, TAU};
 
 use serde::Deserialize;
 
-use super::{Light, LightBounds, LightFind, LightKind, LightSample, LightTables, temperature};
+use super::{IesFile, Light, LightBounds, LightFind, LightKind, LightSample, LightTables, temperature};
 use crate::{
     math::{Frame, Rgb, Vec2, Vec3, WorkingSpace, trig},
     value::{Direction, Finite, NonNegative, Positive, Problem, RgbFactor, Spanned},
@@ -48,7 +48,7 @@ pub struct SunDesc {
 
 impl SunDesc {
     /// It has no file.
-    pub fn ies(&self) -> Option<&Spanned<String>> {
+    pub fn ies(&self) -> Option<IesFile<'_>> {
         None
     }
 

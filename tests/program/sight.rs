@@ -64,6 +64,51 @@ fn a_picture_that_is_mostly_clipped_or_black_is_warned_of_once_with_the_reason()
 }
 
 #[test]
+fn a_catcher_or_a_holdout_around_a_small_object_is_no_black_picture() {
+    let folder = Folder::new();
+    let ball = "[[object]]\nmaterial = 'm'\nshape.sphere = { center = [0, 0, 0.3], radius = 0.3 }\n[background]\nvisible = false\ncolor = 0.4";
+    for integrator in ["path", "whitted"] {
+        for role in ["shadow_catcher = true", "holdout = true"] {
+            let scene = scene(&format!("{role}\n{}", sun(2.0)), ball);
+            let scene = scene.replace("samples = 4", &format!("samples = 4\nintegrator = '{integrator}'"));
+            assert_eq!(log(&folder, &scene, &[]), "", "{integrator}, {role}");
+            // An ordinary object without light is told all the same.
+            let dark = scene
+                .replace("color = 0.4", "color = 0")
+                .replace("irradiance = 2", "irradiance = 0");
+            let said = log(&folder, &dark, &[]);
+            assert!(said.contains("no light reaches what the camera sees"), "{said}");
+        }
+    }
+}
+
+#[test]
+fn a_lamp_whose_file_sends_all_light_to_its_dark_side_is_warned_of() {
+    let folder = Folder::new();
+    let backwards = "IESNA:LM-63-2002\nTILT=NONE\n1 -1 1 3 1 1 2 0 0 0\n1 1 60\n90 135 180\n0\n100 200 300\n";
+    folder.write("back.ies", backwards);
+    folder.write("lamp.ies", &backwards.replace("90 135 180", "0 45 90"));
+    let lamp = |kind: &str, file: &str, more: &str| {
+        let light = format!("{kind}, position = [0, 0, 2], target = [0, 0, 0], ies = \"{file}\"{more} }}");
+        let scene = scene(&format!("{}\n[[light]]\n{light}", sun(1.0)), "");
+        log(&folder, &scene, &[])
+    };
+    for kind in ["rect = { size = [1, 1]", "disk = { radius = 1"] {
+        for power in ["", ", power = 9"] {
+            let said = lamp(kind, "back.ies", power);
+            assert!(
+                said.contains("light 2 is dark: all light of `ies = \"back.ies\"` goes backwards"),
+                "{said}"
+            );
+            assert!(said.contains("`two_sided = true`"), "{said}");
+        }
+        assert_eq!(lamp(kind, "back.ies", ", two_sided = true"), "");
+        assert_eq!(lamp(kind, "lamp.ies", ", power = 2"), "");
+    }
+    assert_eq!(lamp("point = { radius = 0", "back.ies", ""), "");
+}
+
+#[test]
 fn light_that_clips_by_the_division_through_its_alpha_equals_light_that_clips_by_itself() {
     let folder = Folder::new();
     // A sheet of one tenth of alpha that shines: 0.5 with its alpha, and 5 without.
