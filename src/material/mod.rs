@@ -1,7 +1,7 @@
 //! Materials: the BSDF, the emission and the opacity of a surface, from colours and textures.
 
 pub use medium::Medium;
-pub use normal_map::{BumpDesc, HeightMap, NormalDesc, NormalMap, TangentNormals};
+pub use normal_map::{BumpDesc, HeightMap, NormalDesc, NormalMap, Relief, SurfaceOfHeights, TangentNormals};
 
 pub use crate::math::Sidedness;
 use crate::{

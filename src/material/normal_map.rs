@@ -5,7 +5,7 @@ use serde::Deserialize;
 use super::Find;
 use crate::{
     math::{Rgb, Vec2, Vec3},
-    texture::{Color, Scalar, TextureId, TexturePoint, Textures},
+    texture::{Color, Scalar, TextureId, TexturePoint, TextureSpace, Textures},
     value::{Channel, ColorSource, Finite, Problem, ScalarSource, Spanned},
 };
 
@@ -104,14 +104,17 @@ impl HeightMap {
             }
     }
 
-    /// The slope of the heights: a vector in the plane of `dpdu` and `dpdv`, the derivatives of the surface in the scene. The
-    /// normal with heights has the direction of the unit normal minus this vector. It is zero where the surface has no texture
-    /// coordinates.
-    pub fn gradient(&self, textures: &Textures<'_>, at: &TexturePoint, dpdu: Vec3, dpdv: Vec3) -> Vec3 {
+    /// The normal of the surface with heights, relative to that without. It is unchanged where the surface has no texture coordinates.
+    ///
+    /// Heights lift the surface in the object's own space, before its transform: the tangents of the lifted surface in the scene are
+    /// `dpdu + hu axis` and `dpdv + hv axis`, where `hu` and `hv` are the derivatives of the height. Their cross product has the
+    /// direction of the normal.
+    pub fn relief(&self, textures: &Textures<'_>, at: &TexturePoint, surface: &SurfaceOfHeights) -> Relief {
+        let &SurfaceOfHeights { dpdu, dpdv, axis } = surface;
         let normal = dpdu.cross(dpdv);
         let area2 = normal.length_squared();
         if !(area2 > 0.0 && area2.is_finite()) {
-            return Vec3::ZERO;
+            return Relief::NONE;
         }
         // A texel is the shortest length over which an interpolated picture has a slope; from afar it is the footprint.
         let texel = textures.texel(self.texture, at);
@@ -121,23 +124,57 @@ impl HeightMap {
             let height = |k: f32| self.height(textures, &at.moved(axis * (k * step)));
             (height(0.5) - height(-0.5)) / step
         };
-        // Heights grow with their object.
-        let own_area = at.dpdu.cross(at.dpdv).length();
-        let growth = if own_area > 0.0 {
-            (area2.sqrt() / own_area).sqrt()
-        } else {
-            1.0
+        let gradient = (dpdv.cross(normal) * slope(Vec2::X) + normal.cross(dpdu) * slope(Vec2::Y)) * (1.0 / area2);
+        let relief = match at.space {
+            TextureSpace::Scene => Relief {
+                slope: gradient,
+                along: 1.0,
+            },
+            TextureSpace::Object => Relief {
+                slope: gradient * (axis.dot(normal).abs() / area2.sqrt()),
+                along: 1.0 + axis.dot(gradient),
+            },
         };
-        let gradient = (dpdv.cross(normal) * slope(Vec2::X) + normal.cross(dpdu) * slope(Vec2::Y)) * (growth / area2);
-        if gradient.is_finite() { gradient } else { Vec3::ZERO }
+        if relief.slope.is_finite() && relief.along.is_finite() {
+            relief
+        } else {
+            Relief::NONE
+        }
     }
+}
+
+/// A surface that heights lift, in the scene.
+#[derive(Clone, Copy, Debug)]
+pub struct SurfaceOfHeights {
+    /// The derivatives of the point with respect to u and v.
+    pub dpdu: Vec3,
+    pub dpdv: Vec3,
+    /// The image of the unit normal in the object's own space. It is not perpendicular to the surface where a transform shears the object.
+    pub axis: Vec3,
+}
+
+/// The normal of a lifted surface: it has the direction of the unit normal of the bare surface times `along`, minus `slope`.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Relief {
+    /// A vector in the plane that touches the bare surface.
+    pub slope: Vec3,
+    /// It differs from 1 where a transform shears the object, and is negative where the lifted surface hangs over.
+    pub along: f32,
+}
+
+impl Relief {
+    /// The bare surface.
+    pub const NONE: Self = Self {
+        slope: Vec3::ZERO,
+        along: 1.0,
+    };
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::{
-        math::{ColorConversion, DVec3, WorkingSpace, hash},
+        math::{ColorConversion, DAffine3, DMat3, DVec3, Transform, WorkingSpace, hash},
         texture::{
             Mapping, MappingDesc, Pattern, StTransform, Texture,
             constant::Constant,
@@ -197,7 +234,7 @@ mod tests {
     }
 
     #[test]
-    fn a_bump_has_the_normal_of_the_lifted_surface() {
+    fn a_bump_has_the_normal_of_the_surface_that_is_lifted_and_then_transformed() {
         let noise = Noise {
             colors: TwoColors([Rgb::BLACK, Rgb::WHITE]),
             form: NoiseForm::Fbm,
@@ -223,13 +260,30 @@ mod tests {
         let height =
             |p: Vec3, scale: f32| textures.channel(TextureId(0), Channel::R, &TexturePoint::new(p, Vec3::Z)) * scale;
         let mut steepest: f32 = 0.0;
+        let transforms = [
+            DMat3::IDENTITY,
+            DMat3::from_diagonal(DVec3::new(1.0, 1.0, 4.0)),
+            DMat3::from_diagonal(DVec3::new(4.0, 1.0, -1.0)),
+            // A shear: the heights are aslant to the surface.
+            DMat3::from_rotation_y(0.7) * DMat3::from_diagonal(DVec3::new(1.0, 2.0, 3.0)) * DMat3::from_rotation_x(0.5),
+        ];
+        let transforms = transforms.map(|m| Transform::new(DAffine3::from_mat3(m)).expect("an inverse"));
         for i in 0..100 {
             let [x, y, z, w] = hash::pcg4d([i, 1, 2, 3]).map(hash::unit_f32);
-            let check = |at: TexturePoint, scale: f32, expected: Vec3, bound: f32| {
-                let gradient = bump(scale).gradient(&textures, &at, at.dpdu, at.dpdv);
-                let found = (at.n - gradient).normalize();
-                assert!((found - expected).length() < bound, "{i}: {found} {expected}");
-                (found - at.n).length()
+            let mut check = |at: TexturePoint, scale: f32, expected: Vec3| {
+                for t in &transforms {
+                    let surface = SurfaceOfHeights {
+                        dpdu: t.vector_to_world(at.dpdu),
+                        dpdv: t.vector_to_world(at.dpdv),
+                        axis: t.vector_to_world(at.n),
+                    };
+                    let Relief { slope, along } = bump(scale).relief(&textures, &at, &surface);
+                    let bare = t.normal_to_world(at.n).normalize();
+                    let found = (bare * along - slope).normalize();
+                    let expected = t.normal_to_world(expected).normalize();
+                    assert!((found - expected).length() < 0.015, "{i}, {t:?}: {found} {expected}");
+                    steepest = steepest.max((found - bare).length());
+                }
             };
             // A plane, whose parameters are no unit vectors.
             let at = TexturePoint {
@@ -237,8 +291,11 @@ mod tests {
                 dpdv: Vec3::new(0.4, 1.6, 0.0),
                 ..TexturePoint::new(Vec3::new(x, y, 0.0) * 9.0, Vec3::Z)
             };
-            let expected = tessellated([Vec3::X, Vec3::Y], |d| at.p + d + Vec3::Z * height(at.p + d, 0.2));
-            steepest = steepest.max(check(at, 0.2, expected, 0.01));
+            check(
+                at,
+                0.2,
+                tessellated([Vec3::X, Vec3::Y], |d| at.p + d + Vec3::Z * height(at.p + d, 0.2)),
+            );
             // A ball: the heights are small beside its radius.
             let n = (Vec3::new(y, z, w) * 2.0 - 1.0).normalize();
             let a = n.any_orthonormal_vector();
@@ -248,11 +305,11 @@ mod tests {
                 curvature: 0.5,
                 ..TexturePoint::new(n * 2.0, n)
             };
-            let expected = tessellated([a, n.cross(a)], |d| {
+            let lifted = |d: Vec3| {
                 let p = (at.p + d).normalize() * 2.0;
                 p + p * 0.5 * height(p, 0.05)
-            });
-            check(at, 0.05, expected, 0.01);
+            };
+            check(at, 0.05, tessellated([a, n.cross(a)], lifted));
         }
         assert!(steepest > 0.2, "the heights are flat: {steepest}");
     }

@@ -29,19 +29,20 @@ pub struct InstanceRecord {
 }
 
 impl InstanceRecord {
-    /// Sets the texture point of `surface`, transformed from the group's space into the object's.
+    /// Sets the texture point of `surface`, transformed from the group's space into the object's, and the axis of its heights.
     pub(super) fn fill_texture_point(
         &self,
         surface: &mut SurfaceInteraction,
-        geometry: &HitGeometry,
+        (geometry, world_from_group): (&HitGeometry, &Transform),
         object_transforms: &[Transform],
     ) {
         let texture = &mut surface.texture;
         match self.object_from_group {
-            ObjectFromGroup::Identity => {}
+            ObjectFromGroup::Identity => surface.height_axis = world_from_group.vector_to_world(texture.n),
             ObjectFromGroup::WorldFromGroup => {
                 (texture.p, texture.n) = (geometry.p, geometry.ng);
                 texture.space = TextureSpace::Scene;
+                surface.height_axis = texture.n;
                 (texture.dpdu, texture.dpdv) = (surface.dpdu, surface.dpdv);
             }
             ObjectFromGroup::At(place) => {
@@ -50,6 +51,7 @@ impl InstanceRecord {
                 texture.n = place.normal_to_world(texture.n).normalize();
                 texture.dpdu = place.vector_to_world(texture.dpdu);
                 texture.dpdv = place.vector_to_world(texture.dpdv);
+                surface.height_axis = world_from_group.vector_to_world(place.vector_to_local(texture.n));
             }
         }
     }

@@ -42,6 +42,9 @@ pub struct SurfaceInteraction {
     pub tangent: Vec4,
     /// Unit direction back along the ray.
     pub wo: Vec3,
+    /// The image in the scene of the unit normal in the object's own space, along which a unit of height lifts the surface. Unspecified
+    /// for constant materials.
+    pub height_axis: Vec3,
     /// The texture point, in the object's own space; for constant materials only `uv` and the curvature are set.
     pub texture: TexturePoint,
     pub object: ObjectId,
@@ -134,6 +137,7 @@ impl SurfaceInteraction {
             dpdu: Vec3::ZERO,
             dpdv: Vec3::ZERO,
             tangent: Vec4::ZERO,
+            height_axis: Vec3::ZERO,
             wo: Vec3::ZERO,
             texture: TexturePoint::new(Vec3::ZERO, Vec3::Y),
             object: ObjectId(0),

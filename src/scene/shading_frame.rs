@@ -6,7 +6,7 @@
 use super::{Scene, SurfaceInteraction, interaction::reflecting_normal};
 use crate::{
     bsdf::BsdfKind,
-    material::{Material, NormalMap},
+    material::{Material, NormalMap, Relief, SurfaceOfHeights},
     math::{Frame, Vec3},
 };
 
@@ -135,9 +135,14 @@ fn turned_frame(scene: &Scene, surface: &SurfaceInteraction, map: Option<&Normal
     let mapped = match map {
         NormalMap::Normals(map) => from_tangent_space(surface, &base, map.normal(&textures, &surface.texture)),
         NormalMap::Heights(map) => {
-            let slope = map.gradient(&textures, &surface.texture, surface.dpdu, surface.dpdv);
+            let lifted = SurfaceOfHeights {
+                dpdu: surface.dpdu,
+                dpdv: surface.dpdv,
+                axis: surface.height_axis,
+            };
+            let Relief { slope, along } = map.relief(&textures, &surface.texture, &lifted);
             // The slope on a smooth surface is in the plane of the triangle, not perpendicular to the normal.
-            authored - (slope - authored * authored.dot(slope))
+            authored * along - (slope - authored * authored.dot(slope))
         }
     };
     let mapped = mapped.normalize_or(authored);

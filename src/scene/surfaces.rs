@@ -289,6 +289,8 @@ impl Scene {
             dpdv,
             ..place
         };
+        let n = surface.texture.n;
+        surface.height_axis = mesh.transform.as_ref().map_or(n, |t| t.vector_to_world(n));
         face.fill_attributes(hit, surface);
     }
 
@@ -331,6 +333,7 @@ impl Scene {
             }
             let in_world = |d: Vec3| transform.map_or(d, |t| t.vector_to_world(d));
             (surface.dpdu, surface.dpdv) = (in_world(local.dpdu), in_world(local.dpdv));
+            surface.height_axis = in_world(local.ng);
         }
         match transform {
             None => HitGeometry {
@@ -377,7 +380,7 @@ impl Scene {
                 uv_origin: face.mesh.uv_origins[0],
                 ..texture_point(&local)
             };
-            instance.fill_texture_point(surface, &placed_geometry, &self.geometry.object_transforms);
+            instance.fill_texture_point(surface, (&placed_geometry, t), &self.geometry.object_transforms);
             face.fill_attributes(hit, surface);
             let tangent = surface.tangent;
             let side = if t.is_mirroring() { -tangent.w } else { tangent.w };

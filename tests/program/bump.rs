@@ -89,6 +89,36 @@ fn heights_grow_with_their_object() {
 }
 
 #[test]
+fn heights_are_stretched_and_sheared_with_their_object() {
+    let folder = folder(SLOPE);
+    let shear = "matrix = [[1.2, 0.3, 0.4, 0], [0, 0.8, -0.2, 0], [0.3, 0.1, 2, 0], [0, 0, 0, 1]]";
+    for map in [
+        "scale = [1, 1, 1.6]",
+        "scale = [4, 1, 1]",
+        "rotate = [10, 20, 30]\nscale = [2, 1, 0.5]",
+        shear,
+    ] {
+        let larger = format!("[object.transform]\n{map}\n");
+        // A mesh that is used twice is not brought into the space of the scene.
+        let behind = "transform = { translate = [0, 0, -90] }";
+        for objects in [&[larger.as_str()][..], &[&larger, behind]] {
+            let tilted = middle(&folder, "plain", SLOPE, objects);
+            assert_close(
+                middle(&folder, "ramp", 0.0, objects),
+                tilted,
+                0.004,
+                &objects.join(", "),
+            );
+        }
+        // The same for shapes.
+        let bump = "bump = { height = \"texture.rise\", distance = 0.6 }";
+        let [lifted, tilted] =
+            [(0.0, bump), (0.3, "")].map(|(slope, more)| middle_of(MATERIALS[0], slope, more, &larger));
+        assert_close(lifted, tilted, 0.004, map);
+    }
+}
+
+#[test]
 fn a_bump_that_holds_normals_is_a_normal_map() {
     let folder = folder(SLOPE);
     let tilted = middle(&folder, "plain", SLOPE, &[""]);
@@ -118,7 +148,7 @@ const MATERIALS: [(&str, &str); 8] = [
 const UPHILL: [f32; 2] = [0.866_025_4, 0.5];
 
 /// The middle of the picture of a square with this material and light, whose height rises by `slope`.
-fn middle_of((material, light): (&str, &str), slope: f32, more: &str) -> [f32; 3] {
+fn middle_of((material, light): (&str, &str), slope: f32, more: &str, object: &str) -> [f32; 3] {
     let corner = |[x, y]: [f32; 2]| format!("[{x}, {y}, {}]", slope * (UPHILL[0] * x + UPHILL[1] * y));
     let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(corner);
     let pixels = Folder::new().render(&format!(
@@ -126,7 +156,7 @@ fn middle_of((material, light): (&str, &str), slope: f32, more: &str) -> [f32; 3
          [camera]\northographic = {{ eye = [0.1, 0.2, 5], target = [0.1, 0.2, 0], height = 0.4 }}\n{light}\
          [texture.rise]\ngradient = {{}}\nmapping.object = {{ scale = 0.5, rotate = [0, 0, -30], offset = [0.5, 0, 0] }}\n\
          [material.m]\n{material}\n{more}\n\
-         [[object]]\nmaterial = \"m\"\nshape.quad = {{ corners = [{}] }}\n",
+         [[object]]\nmaterial = \"m\"\nshape.quad = {{ corners = [{}] }}\n{object}",
         corners.join(", ")
     ));
     pixels.iter().fold([0.0; 3], |sum, p| {
@@ -137,8 +167,13 @@ fn middle_of((material, light): (&str, &str), slope: f32, more: &str) -> [f32; 3
 #[test]
 fn a_bump_of_any_material_shades_as_the_tilted_surface() {
     for material in MATERIALS {
-        let bumped = middle_of(material, 0.0, "bump = { height = \"texture.rise\", distance = 0.6 }");
-        let (flat, tilted) = (middle_of(material, 0.0, ""), middle_of(material, 0.3, ""));
+        let bumped = middle_of(
+            material,
+            0.0,
+            "bump = { height = \"texture.rise\", distance = 0.6 }",
+            "",
+        );
+        let (flat, tilted) = (middle_of(material, 0.0, "", ""), middle_of(material, 0.3, "", ""));
         let differs = (0..3).any(|k| (tilted[k] / flat[k] - 1.0).abs() > 0.03);
         assert!(differs, "{material:?}: the light tells nothing");
         assert_close(bumped, tilted, 0.01, material.0);
