@@ -37,7 +37,7 @@ macro_rules! kinds {
 kinds! {
     /// A model uses a feature that is not rendered.
     FEATURE = "feature";
-    /// A model file breaks the rules of its format.
+    /// A model or an IES file breaks the rules of its format.
     FAULT = "fault";
     /// A model has several cameras or material variants, of which nothing chooses one.
     CHOICE = "choice";

@@ -1,7 +1,7 @@
 //! IES files: the intensities of lamps over directions (ANSI/IES LM-63, the versions of 1986 to 2019).
 //!
 //! A file has lines of keywords up to the line `TILT=`, and then numbers, which spaces, commas and the ends of lines part. Text
-//! that follows the last number is no error. The number of angles is compared with the size of the file before there is memory for them.
+//! that follows the last number is no error, and more numbers are a warning. The number of angles is compared with the size of the file before there is memory for them.
 
 use std::{
     io,
@@ -12,6 +12,7 @@ use super::{Files, MemoryKind, OverBudget, files::is_refused};
 use crate::{
     light::profile::{Measurement, Photometry, Profile, Symmetry},
     value::one_line,
+    warnings::WarningKind,
 };
 
 /// Why an IES file was not loaded.
@@ -47,11 +48,17 @@ pub fn load(path: &Path, files: &Files) -> Result<Profile, IesError> {
     memory
         .check(MemoryKind::Models, most)
         .map_err(|cause| IesError::Memory { cause, path: own() })?;
-    let measurement = parse(&bytes).map_err(|Fault { cause, line }| IesError::Broken {
+    let (measurement, rest) = read(&bytes).map_err(|Fault { cause, line }| IesError::Broken {
         cause,
         line,
         path: own(),
     })?;
+    if let Some(Fault { cause, line }) = rest {
+        let text = format!("line {line}: {cause}: {}", path.display());
+        files
+            .warnings()
+            .add_topic(WarningKind::FAULT, "ies", path.display(), text);
+    }
     Ok(Profile::new(&measurement))
 }
 
@@ -71,6 +78,16 @@ struct Numbers<'a> {
     rest: &'a [u8],
     /// The line of the number that was read last.
     line: usize,
+}
+
+/// A number for a message: with an exponent where it would have hundreds of digits.
+fn shown(number: f64) -> String {
+    let magnitude = number.abs();
+    if magnitude < 1e15 && (magnitude >= 1e-15 || magnitude == 0.0) {
+        number.to_string()
+    } else {
+        format!("{number:e}")
+    }
 }
 
 /// Whether a byte parts numbers.
@@ -118,7 +135,7 @@ impl<'a> Numbers<'a> {
     fn factor(&mut self, what: &str) -> Result<f64, Fault> {
         let factor = self.next(what)?;
         if factor < 0.0 {
-            return Err(self.fault(format!("{what} is below 0: {factor}")));
+            return Err(self.fault(format!("{what} is below 0: {}", shown(factor))));
         }
         Ok(factor)
     }
@@ -128,11 +145,12 @@ impl<'a> Numbers<'a> {
         let number = self.next(what)?;
         if number.fract() != 0.0 || number < least as f64 {
             return Err(self.fault(format!(
-                "{what} is {number}, and should be a whole number from {least} on"
+                "{what} is {}, and should be a whole number from {least} on",
+                shown(number)
             )));
         }
         if number > self.rest.len() as f64 {
-            return Err(self.fault(format!("{what} is {number}, more than the file has numbers")));
+            return Err(self.fault(format!("{what} is {}, more than the file has numbers", shown(number))));
         }
         Ok(number as usize)
     }
@@ -143,7 +161,10 @@ impl<'a> Numbers<'a> {
         for _ in 0..count {
             let angle = self.next(&format!("a {what} angle"))? as f32;
             if !(low..=high).contains(&angle) {
-                let message = format!("a {what} angle of {angle} degrees, expected {low} to {high}");
+                let message = format!(
+                    "a {what} angle of {} degrees, expected {low} to {high}",
+                    shown(f64::from(angle))
+                );
                 return Err(self.fault(message));
             }
             if let Some(last) = angles.last().filter(|last| angle - **last < MIN_STEP) {
@@ -210,6 +231,7 @@ fn after_tilt(bytes: &[u8]) -> Result<Numbers<'_>, Fault> {
         return Ok(Numbers { rest, line: line + 1 });
     }
     let cause = "there is no line `TILT=`, so that this is no IES file".to_owned();
+    let line = line.max(1);
     Err(Fault { cause, line })
 }
 
@@ -236,7 +258,8 @@ fn symmetry(photometry: Photometry, horizontal: &[f32]) -> Result<Symmetry, Stri
     }
 }
 
-fn parse(bytes: &[u8]) -> Result<Measurement, Fault> {
+/// The measurement of a file, and the fault of numbers that follow it.
+fn read(bytes: &[u8]) -> Result<(Measurement, Option<Fault>), Fault> {
     let mut numbers = after_tilt(bytes)?;
     numbers.next("the number of lamps")?;
     numbers.next("the lumens of a lamp")?;
@@ -248,6 +271,7 @@ fn parse(bytes: &[u8]) -> Result<Measurement, Fault> {
         2.0 => Photometry::B,
         3.0 => Photometry::A,
         other => {
+            let other = shown(other);
             let cause = format!("the type of photometry is {other}, and should be 1 (C), 2 (B) or 3 (A)");
             return Err(numbers.fault(cause));
         }
@@ -279,7 +303,7 @@ fn parse(bytes: &[u8]) -> Result<Measurement, Fault> {
         let own = numbers.factor("an intensity")? * scale;
         // A sum of all of them is finite as well.
         if own * count as f64 > f64::from(f32::MAX) {
-            return Err(numbers.fault(format!("an intensity of {own} cd is too large")));
+            return Err(numbers.fault(format!("an intensity of {own:e} cd is too large")));
         }
         largest = largest.max(own as f32);
         candela.push(own as f32);
@@ -287,13 +311,20 @@ fn parse(bytes: &[u8]) -> Result<Measurement, Fault> {
     if largest == 0.0 {
         return Err(numbers.fault("all intensities are 0"));
     }
-    Ok(Measurement {
+    let more = numbers.next("the end of the file").is_ok();
+    let rest = more.then(|| {
+        numbers.fault(format!(
+            "numbers after {verticals} times {horizontals} intensities are not read"
+        ))
+    });
+    let measurement = Measurement {
         photometry,
         vertical,
         horizontal,
         symmetry,
         candela,
-    })
+    };
+    Ok((measurement, rest))
 }
 
 #[cfg(test)]

@@ -7,6 +7,38 @@ fn file(version: &str, numbers: &str) -> String {
     format!("{version}\n[TEST] own\n[MANUFAC] nobody\nTILT=NONE\n{numbers}")
 }
 
+fn parse(bytes: &[u8]) -> Result<Measurement, Fault> {
+    read(bytes).map(|(measurement, _)| measurement)
+}
+
+#[test]
+fn numbers_after_the_intensities_are_told_with_their_line() {
+    let text = file("IESNA:LM-63-2002", NUMBERS);
+    let rest = |more: &str| {
+        read(format!("{text}{more}").as_bytes())
+            .expect("valid")
+            .1
+            .map(|fault| fault.line)
+    };
+    assert_eq!([rest(""), rest("\n the end"), rest("\u{1a}")], [None; 3]);
+    assert_eq!([rest("7\n"), rest("\n\n 7 8 9")], [Some(11), Some(13)]);
+}
+
+#[test]
+fn messages_of_extreme_numbers_are_short() {
+    let huge = format!("1{}", "0".repeat(300));
+    for (from, to) in [
+        ("10 20", &huge),
+        ("2 1 2 0", &huge),
+        ("0 45 90", &format!("0 45 {huge}")),
+        ("3 2 1", &format!("-{huge} 2 1")),
+    ] {
+        let Fault { cause, .. } = parse(file("IESNA:LM-63-2002", &NUMBERS.replace(from, to)).as_bytes()).unwrap_err();
+        assert!(cause.len() < 100, "{cause}");
+    }
+    assert_eq!(parse(b"").unwrap_err().line, 1);
+}
+
 /// Three vertical and two horizontal angles.
 const NUMBERS: &str = "1 1000 2 3 2 1 2 0 0 0\n0.5 1.1 36\n0 45 90\n0 90\n10 20 30\n40 50 0\n";
 
@@ -144,7 +176,7 @@ fn hostile_files_are_refused_with_their_line() {
     );
     assert_eq!(
         numbers(&format!("{start}0 45 90\n0\n1 1e39 1")),
-        "line 9: an intensity of 1000000000000000000000000000000000000000 cd is too large"
+        "line 9: an intensity of 1e39 cd is too large"
     );
     let many = "1 1000 1 30 30 1 2 0 0 0\n1 1 0\n";
     let angles: String = (0..30).map(|i| format!("{i} ")).collect();
