@@ -297,7 +297,7 @@ pub struct LightEntry {
 /// Rays of a kind that `ray_visibility` leaves out pass the object as if it were not there: `{ camera = false }` hides it and keeps its
 /// shadow and its reflections, `{ shadow = false }` keeps it from blocking lights. Where shadow rays and other rays meet different
 /// objects, lights are found by light sampling alone, which adds noise on glossy surfaces and near lamps. A holdout blocks light and is reflected as
-/// any object.
+/// any object. PNG files have no alpha where the camera sees the background, and show a holdout as black.
 ///
 /// **A shadow catcher** stands for a surface of a photograph, the plate, that the picture is put over. Each of its pixels is rendered twice
 /// with the same random numbers: as it is, `W`, and with lights and catchers alone, `O`. With `m`, the least of 1 and of the channels of
