@@ -100,6 +100,8 @@
 //!
 //! - Heights are read at the vertices, without a filter: as many vertices as the picture has texels show all of it. A square of `subdivide = 8`
 //!   has 257 along a side.
+//! - A height is a number or a texture that reads no other ones: not `mix`, `multiply`, `ramp`, `invert` or `remap`, nor a texture with a `warp` by
+//!   another one. Render such a texture to a picture first.
 //! - Pictures of heights are data: `color_space = "raw"`. Those of 8 bits have steps; take 16 bits or EXR.
 //! - A flat mesh stays where it is with `subdivision = "linear"`; the others move its boundary.
 //! - Where texture coordinates have a seam, vertices take the mean of the heights on both sides, so that it does not tear.
