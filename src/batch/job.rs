@@ -10,11 +10,7 @@ use super::{
     CameraRig, Existing, InputHash, Inventory, JobEvent, Observer, Plan, PlannedFrame, Request, SceneFigures, Scenes,
     Stale, Summary, Survey,
     frame_scenes::{Failed, ScenesOfFrame},
-    plan::{
-        cameras::{OwnCamera, fps},
-        fit::fitted,
-        values::tables,
-    },
+    plan::{cameras::OwnCamera, fit::fitted, frame_rate::fps, values::tables, view_cameras::view_bounds},
     products::{denoise, denoised, targets},
     resume::checkpoint,
     resume::job_lock::JobLock,
@@ -32,7 +28,7 @@ use crate::{
         self, LoadOptions, SceneMotion,
         default_scene::{self, ModelOptions, ModelRun},
     },
-    describe::{self, MovingDesc, SceneDesc, Values},
+    describe::{self, MovingDesc, SceneDesc, ValueFile, Values},
     error::Error,
     film::Film,
     output::png::data::MOST_IDS,
@@ -77,13 +73,7 @@ impl Job {
                 }
                 error => error.into(),
             })?;
-            let moves = run.as_ref().is_some_and(ModelRun::moves_camera);
-            let desc = match request.frame_to_fit {
-                true => fitted(desc, request, &store, (&tables, moves))?,
-                false => desc,
-            };
-            let plan = Plan::with_run(&desc, request, store.files(), (&tables, run.map(Arc::new)))?;
-            return Ok(Self::planned(store, desc, plan));
+            return Self::planned(store, desc, request, (&tables, run));
         }
         let desc = {
             if request.camera.is_some() {
@@ -116,38 +106,47 @@ impl Job {
                 read => read?,
             }
         };
-        let desc = Self::fitted(desc, request, &store)?;
-        let plan = Plan::new(&desc, request, store.files())?;
-        Ok(Self::planned(store, desc, plan))
+        Self::of_scene(store, desc, request)
     }
 
     /// A job of a parsed scene.
     pub fn new(desc: SceneDesc, request: &Request) -> Result<Self, Error> {
         let store = store(request);
-        let desc = Self::fitted(desc.with(&request.overrides)?, request, &store)?;
-        let plan = Plan::new(&desc, request, store.files())?;
-        Ok(Self::planned(store, desc, plan))
+        Self::of_scene(store, desc.with(&request.overrides)?, request)
     }
 
-    /// The scene file with its camera moved, where the request wants that.
-    fn fitted(desc: SceneDesc, request: &Request, store: &Store) -> Result<SceneDesc, Error> {
-        if !request.frame_to_fit {
-            return Ok(desc);
-        }
+    fn of_scene(store: Store, desc: SceneDesc, request: &Request) -> Result<Self, Error> {
         let of_scene = desc.values.as_ref().map(|file| desc.folder().join(file.get_ref()));
         let tables = tables(of_scene, request, store.files())?;
-        fitted(desc, request, store, (&tables, false))
+        Self::planned(store, desc, request, (&tables, None))
     }
 
-    fn planned(store: Store, desc: SceneDesc, plan: Plan) -> Self {
-        Self {
+    /// The job of a description with these tables and the motion of a model by itself.
+    fn planned(
+        store: Store,
+        desc: SceneDesc,
+        request: &Request,
+        (tables, run): (&[ValueFile], Option<ModelRun>),
+    ) -> Result<Self, Error> {
+        let moves = run.as_ref().is_some_and(ModelRun::moves_camera);
+        let desc = match request.frame_to_fit {
+            true => fitted(desc, request, &store, (tables, moves))?,
+            false => desc,
+        };
+        let bounds = request
+            .views
+            .as_ref()
+            .map(|_| view_bounds(&desc, &store, (tables, fps(request))));
+        let loaded = (tables, run.map(Arc::new), bounds.transpose()?);
+        let plan = Plan::of_loaded(&desc, request, store.files(), loaded)?;
+        Ok(Self {
             store,
             desc,
             plan,
             inputs: OnceLock::new(),
             motion: OnceLock::new(),
             first: OnceLock::new(),
-        }
+        })
     }
 
     /// The files that were read so far, with the hashes of their contents.

@@ -34,6 +34,7 @@ pub use plan::{
     request::{Policy, Request},
     rig::CameraRig,
     turntable::{Turn, Turntable},
+    views::{ViewSet, Views},
 };
 pub use products::{denoise, finished::with_finished, merge::merge, metadata};
 pub use resume::{

@@ -19,6 +19,8 @@ pub(super) mod rig;
 pub(super) mod time_limit;
 pub(super) mod turntable;
 pub(super) mod values;
+pub(super) mod view_cameras;
+pub(super) mod views;
 
 use std::{ops::RangeInclusive, path::PathBuf, sync::Arc};
 
@@ -33,15 +35,16 @@ use crate::{
     describe::{SceneDesc, ValueFile, Values},
     error::Error,
     film::Film,
-    math::DVec3,
+    math::{DAabb, DVec3},
     output::{self, Attribute, Coverage, Encoding, FilePattern, Format, FrameMetadata},
     render::{self, Content, Control, FrameScenes, Renderer},
     scene::Background,
     value::Exposure,
     warnings::Warnings,
 };
-use cameras::{JobCameras, cameras, fps};
+use cameras::{JobCameras, cameras};
 use denoise_options::{DenoisePlan, DenoiseSteps};
+use frame_rate::fps;
 use memory::KeptSums;
 use patterns::Patterns;
 use picture::PicturePlan;
@@ -120,15 +123,15 @@ impl Plan {
     pub fn new(desc: &SceneDesc, request: &Request, inputs: &Files) -> Result<Self, Error> {
         let of_scene = desc.values.as_ref().map(|file| desc.folder().join(file.get_ref()));
         let tables = values::tables(of_scene, request, inputs)?;
-        Self::with_run(desc, request, inputs, (&tables, None))
+        Self::of_loaded(desc, request, inputs, (&tables, None, None))
     }
 
-    /// Does the same for a model by itself and its motion, with these tables.
-    pub(super) fn with_run(
+    /// Does the same with these tables, the motion of a model by itself, and the bounds of what is visible, which views need.
+    pub(super) fn of_loaded(
         desc: &SceneDesc,
         request: &Request,
         inputs: &Files,
-        (tables, run): (&[ValueFile], Option<Arc<ModelRun>>),
+        (tables, run, bounds): (&[ValueFile], Option<Arc<ModelRun>>, Option<DAabb>),
     ) -> Result<Self, Error> {
         let patterns = Patterns::new(desc, request)?;
         let mut picture = PicturePlan::new(desc, request, &patterns.formats())?;
@@ -155,7 +158,7 @@ impl Plan {
             desc,
             request,
             (values.as_deref(), run.as_deref()),
-            (picture.camera, picture.settings.resolution),
+            (picture.camera, picture.settings.resolution, bounds),
             inputs,
         )?;
         let planned = |(number, camera)| PlannedFrame {

@@ -6,7 +6,7 @@
 use std::{num::NonZeroUsize, path::PathBuf, time::Duration};
 
 use batch_render::{
-    batch::{FrameRange, PartSpec, Turn},
+    batch::{FrameRange, PartSpec, Turn, ViewSet},
     output::DepthUnit,
     shape::mesh::LightUnits,
 };
@@ -235,6 +235,16 @@ pub struct RenderArgs {
     /// N:DEGREES turns by another angle: counterclockwise as seen from above, clockwise below 0. The last frame is one step before the end.
     #[arg(long, value_name = "N", visible_alias = "orbit", conflicts_with = "frames", allow_hyphen_values = true, help_heading = heading::FRAMES)]
     pub turntable: Option<Turn>,
+
+    /// Render views around the scene: orbit:N, orbit:N@ELEVATION, hemisphere:N, sphere:N or cube; repeatable
+    ///
+    /// All look at the middle of what is visible in frame 1, and see all of it. The frames are numbered from 1 through all of them.
+    #[arg(long, value_name = "SPEC", value_delimiter = ',', conflicts_with_all = ["frames", "turntable", "frame_to_fit"], hide_short_help = true, help_heading = heading::FRAMES)]
+    pub views: Vec<ViewSet>,
+
+    /// Share of the picture that views let the scene fill
+    #[arg(long, value_name = "FRACTION", requires = "views", default_value_t = 0.9, hide_short_help = true, help_heading = heading::FRAMES)]
+    pub fit: f64,
 
     /// Move the scene's camera along its line of sight until all of the scene fits into the picture
     ///

@@ -4,7 +4,7 @@ use std::path::PathBuf;
 
 use batch_render::{
     accel::BuildOptions,
-    batch::{DenoiseSteps, Existing, FrameRange, OnFailure, Policy, Request, metadata::Sidecar},
+    batch::{DenoiseSteps, Existing, FrameRange, OnFailure, Policy, Request, Views, metadata::Sidecar},
     error::Error,
     shape::mesh::AnimationChoice,
     simd::Isa,
@@ -47,6 +47,8 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         (_, true) => Existing::Fail,
         _ => Existing::Overwrite,
     };
+    // Views in a row are no neighbours.
+    let temporal = if args.views.is_empty() { args.temporal } else { 0 };
     let sidecars: Result<Vec<Sidecar>, UnknownName> = args.metadata.iter().map(|name| name.parse()).collect();
     Ok(Request {
         overrides: args.settings.overrides.clone(),
@@ -58,6 +60,7 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         camera_path: args.frames.clone(),
         values: args.values.clone(),
         turntable: args.turntable,
+        views: views(args)?,
         frame_to_fit: args.frame_to_fit,
         ground: args.ground,
         range,
@@ -78,7 +81,7 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         crop: args.crop,
         denoise: args
             .denoise
-            .map(|filter| super::denoise::options(filter, args.temporal, args.oidn_lib.as_deref())),
+            .map(|filter| super::denoise::options(filter, temporal, args.oidn_lib.as_deref())),
         denoise_steps: args.denoise_step.map_or(DenoiseSteps::Both, DenoiseSteps::from),
         metadata: sidecars.map_err(|unknown| Error::Usage(format!("--metadata: {unknown}")))?,
         png_depth: args.png_depth.clone(),
@@ -122,6 +125,17 @@ pub fn stream(args: &RenderArgs) -> Result<Option<StreamForm>, Error> {
         }
         (true, form) => Ok(form),
     }
+}
+
+/// The views that the arguments ask for, if any.
+fn views(args: &RenderArgs) -> Result<Option<Views>, Error> {
+    let (sets, fit) = (args.views.clone(), args.fit);
+    if !(fit > 0.0 && fit <= 1.0) {
+        return Err(Error::Usage(format!(
+            "--fit: expected a number above 0 and at most 1, found {fit}"
+        )));
+    }
+    Ok((!sets.is_empty()).then_some(Views { sets, fit }))
 }
 
 /// The animations that these names choose, if any.

@@ -151,6 +151,7 @@ impl Base {
             values: None,
             range: None,
             turntable: None,
+            views: None,
             ..look.apply_all(&self.request)
         };
         let mut desc = self.job.desc.with(&request.overrides)?;

@@ -60,5 +60,6 @@ mod streams;
 mod targets;
 mod textures;
 mod values;
+mod views;
 mod whitted;
 mod working_space;

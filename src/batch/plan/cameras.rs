@@ -2,7 +2,11 @@
 
 use std::{collections::BTreeSet, ops::RangeInclusive, path::Path};
 
-use super::range::{MAX_FRAME, MAX_FRAMES};
+use super::{
+    frame_rate::fps,
+    range::{MAX_FRAME, MAX_FRAMES},
+    view_cameras::ViewCameras,
+};
 use crate::{
     assets::{Files, camera_path},
     batch::{FrameRange, Request, Turn},
@@ -13,7 +17,7 @@ use crate::{
     compile::{self, default_scene::ModelRun},
     describe::{MovingDesc, SceneDesc, Values},
     error::Error,
-    math::DVec3,
+    math::{DAabb, DVec3},
     warnings::{WarningKind, Warnings},
 };
 
@@ -25,9 +29,6 @@ pub(in crate::batch) fn metered_resolution(full: [u32; 2]) -> [u32; 2] {
     let longer = u64::from(full[0].max(full[1]).max(1));
     full.map(|n| ((u64::from(n) * u64::from(SIDE) / longer) as u32).max(1))
 }
-
-/// The frames of a second, if nothing says it: those of Blender.
-const FPS: f64 = 24.0;
 
 /// The cameras of a job.
 pub(in crate::batch) struct JobCameras {
@@ -50,9 +51,15 @@ pub(in crate::batch) fn cameras(
     desc: &SceneDesc,
     request: &Request,
     (values, run): (Option<&Values>, Option<&ModelRun>),
-    (scene_camera, resolution): (Option<SceneCamera>, [u32; 2]),
+    (scene_camera, resolution, bounds): (Option<SceneCamera>, [u32; 2], Option<DAabb>),
     inputs: &Files,
 ) -> Result<JobCameras, Error> {
+    if let (Some(views), Some(bounds)) = (&request.views, bounds) {
+        refuse_camera_values(values, "the views")?;
+        let own = scene_camera.ok_or_else(|| no_camera(desc))?;
+        let views = ViewCameras::new(views, bounds, own, resolution)?;
+        return of_views(request, &views, (desc.shutter, resolution));
+    }
     let own = OwnCamera::new(desc, (values, run, fps(request)), scene_camera);
     let Some(file) = &request.camera_path else {
         let (all, what) = match (request.turntable, run.and_then(|run| run.end), values) {
@@ -64,18 +71,11 @@ pub(in crate::batch) fn cameras(
             (None, None, Some(values)) => (values.frames(), "the table of values".to_owned()),
             (None, None, None) => (1..=1, "the scene's own camera, which has frame 1 only".to_owned()),
         };
-        if let (Some(_), Some((name, table))) = (request.turntable, values.and_then(|values| values.of_camera().next()))
-        {
-            return Err(Error::SetTwice {
-                path: table.clone(),
-                name: name.to_owned(),
-                other: "the turntable".to_owned(),
-            });
+        if request.turntable.is_some() {
+            refuse_camera_values(values, "the turntable")?;
         }
         let first = *all.start() as f64;
-        let camera = own.at(first)?.ok_or_else(|| Error::NoCamera {
-            path: desc.source.path.clone(),
-        })?;
+        let camera = own.at(first)?.ok_or_else(|| no_camera(desc))?;
         // Values and poses are held before their first and after their last key.
         let there = match request.turntable {
             None if own.is_among_moving => -MAX_FRAME..=MAX_FRAME,
@@ -153,9 +153,51 @@ pub(in crate::batch) fn cameras(
     })
 }
 
-/// The frames of a second of animations.
-pub(in crate::batch) fn fps(request: &Request) -> f64 {
-    request.fps.unwrap_or(FPS)
+/// The cameras of views, which rest.
+fn of_views(
+    request: &Request,
+    views: &ViewCameras,
+    (shutter, resolution): (Shutter, [u32; 2]),
+) -> Result<JobCameras, Error> {
+    let all = views.frames();
+    let what = format!("the views, which are frames {} to {}", all.start(), all.end());
+    let frames = frames(request, (&all, &all), &what)?;
+    let Shutter { open, close } = shutter;
+    let of = |frame: i64| {
+        let SceneCamera { pose, lens } = views.camera(frame)?;
+        let camera = FrameCamera::from(Camera::new(&pose, &lens, resolution));
+        Ok::<_, Error>((number(frame), camera.with_shutter(open, close)))
+    };
+    let first = views.camera(*all.start())?;
+    let metered = Camera::new(&first.pose, &first.lens, metered_resolution(resolution));
+    Ok(JobCameras {
+        frames: frames.iter().map(of).collect::<Result<_, _>>()?,
+        beside: beside(request, &frames, &all)
+            .into_iter()
+            .map(of)
+            .collect::<Result<_, _>>()?,
+        first_frame: *all.start() as f64,
+        extent: all,
+        first_eye: Some(first.pose.eye()),
+        metering: Some(FrameCamera::from(metered)),
+    })
+}
+
+fn no_camera(desc: &SceneDesc) -> Error {
+    let path = desc.source.path.clone();
+    Error::NoCamera { path }
+}
+
+/// Refuses values of the camera over time where `other` moves it.
+fn refuse_camera_values(values: Option<&Values>, other: &str) -> Result<(), Error> {
+    match values.and_then(|values| values.of_camera().next()) {
+        None => Ok(()),
+        Some((name, table)) => Err(Error::SetTwice {
+            path: table.clone(),
+            name: name.to_owned(),
+            other: other.to_owned(),
+        }),
+    }
 }
 
 /// The first frame at or after `end`, in s, whose time in single precision reaches it.

@@ -12,7 +12,7 @@ use crate::{
     },
     camera::{Camera, PinholeView},
     compile,
-    describe::{Diagnostics, SceneDesc, ValueFile},
+    describe::{Diagnostics, SceneDesc, ValueFile, Values},
     error::Error,
     math::{DAabb, DVec3, transform::axis_rotation},
     value::Spanned,
@@ -60,14 +60,8 @@ pub(in crate::batch) fn fitted(
     if let Some((name, _)) = values.iter().flat_map(|values| values.of_camera()).next() {
         return refuse(format!("`{name}` changes over time"));
     }
-    let fps = super::cameras::fps(request);
-    let at = |frame: f64| {
-        let moved = values
-            .as_deref()
-            .and_then(|values| moved_description(&desc, values, frame));
-        let options = load_options(values.as_deref(), None, frame / fps);
-        compile::visible_bounds(moved.as_ref().unwrap_or(&desc), store, &options)
-    };
+    let fps = super::frame_rate::fps(request);
+    let at = |frame: f64| bounds_at((&desc, store), (values.as_deref(), fps), frame);
     let frames = values.as_ref().map(|values| values.frames());
     let first = frames.as_ref().map_or(0.0, |frames| *frames.start() as f64);
     let (start, end) = at(first)?;
@@ -84,7 +78,7 @@ pub(in crate::batch) fn fitted(
         return refuse("the scene has nothing with bounds".to_owned());
     }
     let points = swept(&bounds, start.center(), request.turntable);
-    let Some(back) = retreat(&view, size, &points) else {
+    let Some(back) = retreat(&view, size, (&points, MARGIN)) else {
         return refuse("the lens is shifted so far that nothing in front of it is seen".to_owned());
     };
     let (_, look) = camera.view();
@@ -102,18 +96,26 @@ pub(in crate::batch) fn fitted(
     Ok(desc)
 }
 
+/// The bounds of what is visible at a time in frames, in m, and the end of the animations, in s.
+pub(super) fn bounds_at(
+    (desc, store): (&SceneDesc, &Store),
+    (values, fps): (Option<&Values>, f64),
+    frame: f64,
+) -> Result<(DAabb, Option<f64>), Error> {
+    let moved = values.and_then(|values| moved_description(desc, values, frame));
+    let options = load_options(values, None, frame / fps);
+    Ok(compile::visible_bounds(
+        moved.as_ref().unwrap_or(desc),
+        store,
+        &options,
+    )?)
+}
+
 /// The corners of a box, in all places that they have relative to the first camera of an orbit around the vertical axis through
 /// `center`.
 fn swept(bounds: &DAabb, center: DVec3, turn: Option<Turn>) -> Vec<DVec3> {
-    let side = |i: u32, axis: usize| {
-        if i >> axis & 1 == 0 {
-            bounds.min[axis]
-        } else {
-            bounds.max[axis]
-        }
-    };
-    let corners: Vec<DVec3> = (0..8).map(|i| DVec3::new(side(i, 0), side(i, 1), side(i, 2))).collect();
-    let Some(turn) = turn else { return corners };
+    let corners = box_corners(bounds);
+    let Some(turn) = turn else { return corners.to_vec() };
     let turned = (0..STEPS).flat_map(|step| {
         let back = axis_rotation(1, -turn.degrees * f64::from(step) / f64::from(STEPS));
         corners.iter().map(move |corner| center + back * (*corner - center))
@@ -121,13 +123,25 @@ fn swept(bounds: &DAabb, center: DVec3, turn: Option<Turn>) -> Vec<DVec3> {
     turned.collect()
 }
 
-/// The distance by which the camera has to move backwards so that it sees all points and no more than it must, in m; `None` where
-/// no distance is enough.
-fn retreat(view: &PinholeView, size: [u32; 2], points: &[DVec3]) -> Option<f64> {
+/// The corners of a box.
+pub(super) fn box_corners(bounds: &DAabb) -> [DVec3; 8] {
+    let side = |i: usize, axis: usize| {
+        if i >> axis & 1 == 0 {
+            bounds.min[axis]
+        } else {
+            bounds.max[axis]
+        }
+    };
+    std::array::from_fn(|i| DVec3::new(side(i, 0), side(i, 1), side(i, 2)))
+}
+
+/// The distance by which the camera has to move backwards so that it sees all points and no more than it must, in m, with this width
+/// of the picture relative to what fits into it; `None` where no distance is enough.
+pub(super) fn retreat(view: &PinholeView, size: [u32; 2], (points, margin): (&[DVec3], f64)) -> Option<f64> {
     let [width, height] = size.map(f64::from);
     let ([fx, fy], [cx, cy]) = (view.focal, view.center);
     // The slopes of the edges: to the right, to the left, up and down.
-    let slopes = [(width - cx) / fx, cx / fx, cy / fy, (height - cy) / fy].map(|slope| slope / MARGIN);
+    let slopes = [(width - cx) / fx, cx / fx, cy / fy, (height - cy) / fy].map(|slope| slope / margin);
     if slopes.iter().any(|slope| *slope <= 0.0) {
         return None;
     }

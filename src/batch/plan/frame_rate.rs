@@ -1,4 +1,14 @@
-//! Frame rates as fractions, for metadata.
+//! Frame rates: that of animations, and fractions for metadata.
+
+use crate::batch::Request;
+
+/// The frames of a second, if nothing says it: those of Blender.
+const FPS: f64 = 24.0;
+
+/// The frames of a second of animations.
+pub(in crate::batch) fn fps(request: &Request) -> f64 {
+    request.fps.unwrap_or(FPS)
+}
 
 /// Frames per second as a fraction: whole numbers, the rates of television (24000/1001 and kin), or thousandths.
 pub(in crate::batch) fn rational(fps: f64) -> (i32, u32) {

@@ -6,7 +6,7 @@ use crate::{
     accel::BuildOptions,
     assets::{SuppliedFile, store::MissingAssets},
     batch::{
-        DenoiseOptions, DenoiseSteps, Existing, FrameRange, IfBusy, JobPart, OnFailure, Turn,
+        DenoiseOptions, DenoiseSteps, Existing, FrameRange, IfBusy, JobPart, OnFailure, Turn, Views,
         products::metadata::Sidecar,
     },
     camera::RotationOrder,
@@ -42,6 +42,8 @@ pub struct Request {
     pub animation: Option<AnimationChoice>,
     /// Instead of a camera path: frames of an orbit around the scene.
     pub turntable: Option<Turn>,
+    /// Instead of a camera path: views of all of the scene. [`Job`](crate::batch::Job) finds out where it is; a plan by itself does not.
+    pub views: Option<Views>,
     /// Whether the scene's camera is moved along its line of sight until the scene fits into the picture.
     pub frame_to_fit: bool,
     /// Whether a model that is the scene stands on a ground.
