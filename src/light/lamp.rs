@@ -14,7 +14,6 @@ use super::{
 use crate::{
     math::{Ray, Rgb, Vec2, Vec3, WorkingSpace},
     shape::{Shape, ShapeHit},
-    texture::Textures,
     value::{Finite, Positive, Problem, RgbFactor, Span, Spanned, UnitInterval},
 };
 
@@ -319,8 +318,8 @@ impl LightKind for Lamp {
         (radiance * tint, picture.pdf(map, from, p).unwrap_or(pdf))
     }
 
-    fn picture(&self, textures: &Textures<'_>) -> Option<PictureMap> {
-        self.picture.as_ref().map(|picture| picture.map(textures))
+    fn picture(&self) -> Option<&Picture> {
+        self.picture.as_ref()
     }
 
     #[inline]

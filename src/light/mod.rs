@@ -8,7 +8,6 @@ use crate::{
     kind::kinds,
     math::{Aabb, Rgb, Vec2, Vec3, WorkingSpace},
     shape::{Shape, ShapeHit},
-    texture::Textures,
     value::Problem,
 };
 
@@ -47,7 +46,7 @@ pub use bounds::{LightBounds, OrientationCone};
 pub use find::LightFind;
 pub use lamp::Sight;
 pub use light_block::LightBlock;
-pub use picture::PictureMap;
+pub use picture::{Picture, PictureMap};
 pub use profile::{Profile, ProfileId};
 pub use tables::LightTables;
 
@@ -83,8 +82,8 @@ pub trait LightKind {
     /// Converts all colours from Rec. 709 to a working space.
     fn convert_colors(&mut self, space: WorkingSpace);
 
-    /// The light of its picture, if it has one.
-    fn picture(&self, _textures: &Textures<'_>) -> Option<PictureMap> {
+    /// Its picture, if it has one.
+    fn picture(&self) -> Option<&Picture> {
         None
     }
 
@@ -145,7 +144,7 @@ kinds! {
     /// See [`LightKind::sample`].
     fn sample(&self, tables: &LightTables<'_>, from: Vec3, u: Vec2) -> Option<LightSample>;
     /// See [`LightKind::picture`].
-    fn picture(&self, textures: &Textures<'_>) -> Option<PictureMap>;
+    fn picture(&self) -> Option<&Picture>;
     /// See [`LightKind::bounds`].
     fn bounds(&self, tables: &LightTables<'_>) -> Option<LightBounds>;
     /// See [`LightKind::reaches`].

@@ -18,8 +18,9 @@ const BLOCKS: usize = 8;
 /// The most cells along a side of a block.
 const MAX_CELLS: usize = 32;
 
-/// The most points of a cell along a side at which the texture is evaluated.
-const MAX_POINTS: usize = 8;
+/// The points of a cell along a side at which a texture is evaluated: two at least, since light leaks from a texel into its neighbours,
+/// and more for images, which take no time.
+const POINTS: [usize; 2] = [2, 8];
 
 /// The variance of the picture, in squares of its mean, up to which it is nearly even.
 const MAX_VARIANCE: f64 = 0.05;
@@ -36,7 +37,7 @@ pub(super) enum Outline {
 }
 
 /// The place of a picture in the world: a rectangle.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub(super) struct Screen {
     /// The point with the coordinates 0 and 0.
     pub corner: Vec3,
@@ -61,7 +62,7 @@ impl Screen {
 }
 
 /// The picture of a lamp.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Picture {
     pub(super) color: Color,
     pub(super) screen: Screen,
@@ -298,19 +299,19 @@ impl Picture {
     }
 
     /// The light of the picture.
-    pub(super) fn map(&self, textures: &Textures<'_>) -> PictureMap {
-        let texels = match &self.color {
-            Color::Constant(_) => [1.0; 2],
+    pub fn map(&self, textures: &Textures<'_>) -> PictureMap {
+        let (texels, most) = match &self.color {
+            Color::Constant(_) => ([1.0; 2], POINTS[0]),
             Color::Texture(id) | Color::Tinted(id, _) => {
                 let middle = self.screen.texture_point(Vec2::splat(0.5));
-                textures.texel(*id, &middle).to_array().map(|size| 1.0 / size)
+                let texels = textures.texel(*id, &middle).to_array().map(|size| 1.0 / size);
+                (texels, POINTS[usize::from(textures.is_image(*id))])
             }
         };
         let size = texels.map(|n| ((n / BLOCKS as f32).ceil() as usize).clamp(1, MAX_CELLS));
         let counts = size.map(|cells| cells * BLOCKS);
-        // Two points at least, since light leaks from a texel into its neighbours.
         let points: [usize; 2] =
-            std::array::from_fn(|k| ((texels[k] / counts[k] as f32).ceil() as usize).clamp(2, MAX_POINTS));
+            std::array::from_fn(|k| ((texels[k] / counts[k] as f32).ceil() as usize).clamp(POINTS[0], most));
         let cell = |index: usize| {
             let (column, row) = (index % counts[0], index / counts[0]);
             let mut sums = Sums::default();

@@ -12,7 +12,7 @@ use std::sync::Arc;
 use super::{EmitterId, Emitters, LightId, SceneGeometry, SceneShading, lamps::Lamps};
 use crate::{
     light::{
-        Light, LightTables, PictureMap,
+        Light, LightTables, Picture, PictureMap,
         tree::{LightTree, TreeChoice},
     },
     math::{
@@ -117,21 +117,21 @@ pub struct Lights {
 impl Lights {
     /// Collects the analytic lights, the surfaces that emit, and the background.
     pub fn new(geometry: &SceneGeometry, shading: &SceneShading) -> Self {
-        let textures = shading.textures();
-        let pictures = shading
-            .lights
-            .iter()
-            .map(|light| light.picture(&textures).map(Arc::new));
-        let mut pictures: Vec<_> = pictures.collect();
-        if pictures.iter().all(Option::is_none) {
-            pictures.clear();
-        }
-        Self::with_pictures(geometry, shading, pictures)
+        Self::with_pictures(geometry, shading, pictures(shading, |_, _| None))
     }
 
     /// The lights after a change of other things than analytic lights and textures.
     pub fn renewed(&self, geometry: &SceneGeometry, shading: &SceneShading) -> Self {
         Self::with_pictures(geometry, shading, self.pictures.clone())
+    }
+
+    /// The lights after a change of analytic lights, of which `old` were those before, but not of textures.
+    pub fn replaced(&self, geometry: &SceneGeometry, shading: &SceneShading, old: &[Light]) -> Self {
+        let known = |light: usize, new: &Picture| {
+            let is_same = old.get(light).and_then(Light::picture) == Some(new);
+            self.pictures.get(light).filter(|_| is_same)?.clone()
+        };
+        Self::with_pictures(geometry, shading, pictures(shading, known))
     }
 
     fn with_pictures(geometry: &SceneGeometry, shading: &SceneShading, pictures: Vec<Option<Arc<PictureMap>>>) -> Self {
@@ -419,6 +419,23 @@ impl Lights {
             },
         };
         pmf as f32
+    }
+}
+
+/// The pictures of the analytic lights, those that are not `known` made anew; empty if no light has one.
+fn pictures(
+    shading: &SceneShading,
+    known: impl Fn(usize, &Picture) -> Option<Arc<PictureMap>>,
+) -> Vec<Option<Arc<PictureMap>>> {
+    let of_light = |(i, light): (usize, &Light)| {
+        let picture = light.picture()?;
+        Some(known(i, picture).unwrap_or_else(|| Arc::new(picture.map(&shading.textures()))))
+    };
+    let all: Vec<_> = shading.lights.iter().enumerate().map(of_light).collect();
+    if all.iter().all(Option::is_none) {
+        Vec::new()
+    } else {
+        all
     }
 }
 

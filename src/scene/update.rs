@@ -144,10 +144,16 @@ impl Scene {
         }
         // The light of textured emitters and lamps depends on their textures.
         let is_textured = self.lights.emitters().count() > 0 || self.lights.has_pictures();
-        shines |= !update.textures.is_empty() && is_textured;
+        let changes_textures = !update.textures.is_empty();
+        shines |= changes_textures && is_textured;
+        let old = Arc::clone(&shading.lights);
         shading.update(update);
         if shines {
-            self.lights = Lights::new(&self.geometry, &self.shading);
+            self.lights = if changes_textures {
+                Lights::new(&self.geometry, &self.shading)
+            } else {
+                self.lights.replaced(&self.geometry, &self.shading, &old)
+            };
         }
         Ok(())
     }

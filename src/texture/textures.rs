@@ -83,6 +83,11 @@ impl Textures<'_> {
         1.0 / steps.max(Vec2::ONE)
     }
 
+    /// Whether a texture shows the texels of an image.
+    pub fn is_image(&self, id: TextureId) -> bool {
+        self.textures[id.0 as usize].pattern.bitmap().is_some()
+    }
+
     /// The largest channel of a colour over the whole surface.
     pub fn max_value(&self, color: &Color) -> f32 {
         let of = |id: TextureId| {

@@ -42,7 +42,7 @@ impl Shown {
     /// A light that shows the picture, and the picture's light.
     fn light(&self, text: &str) -> (Light, PictureMap) {
         let light = light(text);
-        let map = light.picture(&self.textures()).expect("a picture");
+        let map = light.picture().expect("a picture").map(&self.textures());
         (light, map)
     }
 
@@ -260,4 +260,16 @@ fn wrong_textures_are_refused() {
     };
     let message = desc.compile(&find).expect_err("refused").message;
     assert_eq!(message, "expected \"texture.NAME\", found a colour");
+}
+
+#[test]
+fn lamps_that_differ_in_their_power_alone_show_one_picture() {
+    let lamp = |position: &str, power: u32| {
+        light(&format!(
+            "rect = {{ position = {position}, target = [0, 0, 0], size = [1, 2], power = {power}, texture = 'texture.a' }}"
+        ))
+    };
+    let [one, two] = [1, 2].map(|power| lamp("[0, 3, 0]", power));
+    assert!(one.picture().is_some() && one.picture() == two.picture());
+    assert_ne!(one.picture(), lamp("[0, 4, 0]", 1).picture());
 }
