@@ -241,7 +241,7 @@ pub fn is_unknown(path: &Path, files: &Files) -> bool {
 pub fn has_alpha(path: &Path, files: &Files) -> bool {
     let Ok(bytes) = files.read(path) else { return false };
     let format = ::image::guess_format(&bytes).or_else(|_| ImageFormat::from_path(path));
-    let decoder = format.map(|f| ImageReader::with_format(Cursor::new(&bytes), f).into_decoder());
+    let decoder = format.map(|f| ImageReader::with_format(Cursor::new(&bytes[..]), f).into_decoder());
     matches!(decoder, Ok(Ok(decoder)) if decoder.color_type().has_alpha())
 }
 

@@ -18,7 +18,7 @@ use batch_render::{
     batch::{Job, JobEvent, Observer, Plan, PlannedFrame, with_finished},
     error::Error,
     math::srgb,
-    output::{Contents, EncodeError, FrameImage, OutputError, atomic, job_file::FolderGate},
+    output::{self, Contents, EncodeError, FrameImage, OutputError, atomic, job_file::FolderGate},
     render::Cancel,
 };
 use image::{DynamicImage, RgbImage, imageops};
@@ -261,7 +261,7 @@ fn finished_picture(plan: &Plan, frame: &PlannedFrame, size: PreviewSize) -> Opt
     let Some(file) = files.find(|file| file.format.contents() == Contents::Picture) else {
         return with_finished(plan, frame, |image| size.picture(image));
     };
-    let picture = over_black(image::open(&file.path).ok()?);
+    let picture = over_black(output::decoded(&file.path)?);
     if size == PreviewSize::Full {
         return Some(picture);
     }

@@ -2,9 +2,11 @@
 
 use std::{
     fs::{self, File},
-    io,
+    io::{self, Cursor},
     path::Path,
 };
+
+use image::{DynamicImage, ImageReader};
 
 use super::{Attribute, Value};
 use crate::film::Window;
@@ -55,4 +57,12 @@ impl FileFacts {
             _ => None,
         }
     }
+}
+
+/// The picture of a finished file, in one of the formats of the crate `image`; `None` if it is not readable.
+pub fn decoded(path: &Path) -> Option<DynamicImage> {
+    let bytes = fs::read(path).ok()?;
+    let format = image::guess_format(&bytes).ok()?;
+    // The same reader as that of textures, so that the decoders are compiled once.
+    ImageReader::with_format(Cursor::new(&bytes[..]), format).decode().ok()
 }

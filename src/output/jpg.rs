@@ -91,7 +91,7 @@ impl Format for Jpg {
         let facts = self.facts(path)?;
         let is_whole = match seal::is_intact(path).ok()? {
             Some(is_intact) => is_intact,
-            None => facts.version().is_none() && image::open(path).is_ok(),
+            None => facts.version().is_none() && super::decoded(path).is_some(),
         };
         is_whole.then_some(facts)
     }

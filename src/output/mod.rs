@@ -36,7 +36,7 @@ pub use encode::{
 };
 pub use error::OutputError;
 pub use exr::{Compression, Exr, ExrFile, FilePart, FilePlane, Numbers};
-pub use facts::FileFacts;
+pub use facts::{FileFacts, decoded};
 pub use frame::{Coverage, FrameImage, Shown};
 pub use join::{CropFile, JoinError};
 pub use metadata::FrameMetadata;
