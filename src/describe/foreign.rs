@@ -86,7 +86,7 @@ const KINDS: &[(&[&str], &str, &str)] = &[
         "light from all around is the table [background]: `color`, `environment` or `sky`",
     ),
     (
-        &["pinhole", "thinlens", "lens", "persp", "realistic"],
+        &["thinlens", "lens", "persp", "realistic"],
         "perspective",
         "write perspective = { .. }; its lens has `focal_length` in mm, `fstop` and `focus_distance`",
     ),
