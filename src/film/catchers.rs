@@ -9,7 +9,7 @@
 //! A = alpha - c m        RGB = L - m O
 //! ```
 //!
-//! A background that the camera sees is the plate, of the mean `B` over the same samples: `m B` is added, and `A = alpha`.
+//! A background that the camera sees, unless it is black, is the plate, of the mean `B` over the same samples: `m B` is added, and `A = alpha`.
 //!
 //! Over a plate `P` this is `P c W / O` where the ratio is gray, and `W` for any ratio where the plate is the catcher itself,
 //! `P c = O`. Both radiances are of the same random numbers: where no object changes the light of a catcher, they have the same

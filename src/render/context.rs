@@ -101,6 +101,16 @@ impl RenderContext<'_> {
         self.scene.shading.background.visible && self.settings.content == Content::Light
     }
 
+    /// Whether the camera sees a background that is not black: it is the plate behind shadow catchers.
+    pub fn shows_plate(&self) -> bool {
+        let background = &self.scene.shading.background;
+        let is_black = match background.backdrop {
+            Some(backdrop) => backdrop.is_black(),
+            None => background.radiance.is_black(),
+        };
+        self.shows_background() && !is_black
+    }
+
     /// The path of a sample before its first hit.
     pub fn path(&self, sample: u32) -> PathState {
         let mut path = PathState::start(sample);

@@ -225,7 +225,7 @@ impl Wave {
         let mut samples = self.weights.len();
         if context.has_catchers {
             self.is_caught.resize(samples, false);
-            samples *= 2 + usize::from(context.shows_background());
+            samples *= 2 + usize::from(context.shows_plate());
         }
         self.out
             .start(samples, context.cone.is_some(), context.shadow_rays_pass);

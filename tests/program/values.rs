@@ -152,7 +152,10 @@ fn a_wrong_name_or_value_of_a_flag_is_wrong_usage_and_suggests_a_name() {
             "light.key.point.intensty=1",
             "unknown key `intensty` (did you mean `intensity`?)",
         ),
-        ("light.key.point.intensity=much", "string \"much\", expected a number"),
+        (
+            "light.key.point.intensity=much",
+            "expected a number or [r, g, b], found the text \"much\"",
+        ),
         ("light.key.point.intensity=-1", "light.key.point.intensity: "),
         ("object.ball.001.visible=3", "expected a boolean"),
         (

@@ -1,7 +1,9 @@
 //! The distortions of lenses: one file for each family, and one row for each model here.
 
+use std::marker::PhantomData;
+
 use glam::{DVec2, DVec3};
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize, de};
 
 use super::{
     brown::Brown,
@@ -17,20 +19,15 @@ macro_rules! models {
     ($( $name:literal => $Variant:ident, )*) => {
         /// The description of a distortion in a scene file: a model, and its coefficients.
         #[derive(Clone, Debug, Deserialize)]
-        pub enum DistortionDesc { $( #[serde(rename = $name)] $Variant(Spanned<Vec<Precise>>), )* }
+        pub enum DistortionDesc { $( #[serde(rename = $name)] $Variant(Spanned<Coefficients<$Variant>>), )* }
 
         impl DistortionDesc {
             /// # Errors
-            /// A number of coefficients that the model does not take.
+            /// Coefficients of which no picture can be made.
             pub fn compile(&self) -> Result<Distortion, Problem> {
                 match self { $(
                     Self::$Variant(given) => {
-                        let coefficients: Vec<f64> = given.get_ref().iter().map(|c| c.0).collect();
-                        if !$Variant::COUNTS.contains(&coefficients.len()) {
-                            let message = format!("`{}` takes {} numbers, found {}", $name, counts($Variant::COUNTS), coefficients.len());
-                            return Err(Problem::at(given.span(), message));
-                        }
-                        let model = $Variant::new(&coefficients);
+                        let model = $Variant::new(&given.get_ref().numbers);
                         match model.flaw() {
                             Some(flaw) => Err(Problem::at(given.span(), flaw)),
                             None => Ok(Distortion::$Variant(model)),
@@ -97,6 +94,27 @@ models! {
     "opencv" => Brown,
     "kannala_brandt" => KannalaBrandt,
     "fisheye_polynomial" => FisheyePolynomial,
+}
+
+/// The coefficients of a model, as many as it takes.
+#[derive(Clone, Debug)]
+pub struct Coefficients<M> {
+    numbers: Vec<f64>,
+    model: PhantomData<M>,
+}
+
+impl<'de, M: Model> Deserialize<'de> for Coefficients<M> {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        let numbers: Vec<f64> = Vec::<Precise>::deserialize(d)?.iter().map(|c| c.0).collect();
+        if M::COUNTS.contains(&numbers.len()) {
+            let model = PhantomData;
+            return Ok(Self { numbers, model });
+        }
+        let (expected, found) = (counts(M::COUNTS), numbers.len());
+        Err(de::Error::custom(format_args!(
+            "expected {expected} numbers, found {found}"
+        )))
+    }
 }
 
 /// Numbers as a list of alternatives.

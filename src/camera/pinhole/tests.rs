@@ -141,14 +141,8 @@ fn wrong_numbers_of_coefficients_are_refused() {
         desc.compile().map(drop).map_err(|problems| problems[0].message.clone())
     };
     let refused = |distortion: &str| problem(distortion).expect_err("it is wrong");
-    assert_eq!(
-        refused("opencv = [1, 2, 3]"),
-        "`opencv` takes 4, 5, 8 or 12 numbers, found 3"
-    );
-    assert_eq!(
-        refused("kannala_brandt = [1]"),
-        "`kannala_brandt` takes 4 numbers, found 1"
-    );
+    assert_eq!(refused("opencv = [1, 2, 3]"), "expected 4, 5, 8 or 12 numbers, found 3");
+    assert_eq!(refused("kannala_brandt = [1]"), "expected 4 numbers, found 1");
     assert!(refused("fisheye_polynomial = [0, -1]").contains("is not above 0"));
     assert!(refused("division = [1]").contains("unknown variant `division`"));
 }

@@ -45,7 +45,7 @@ impl Wave {
             self.prims.push(hit.prim);
             self.add_world(i, Some(hit), sample + samples);
             // It spawns no rays, so the paths that go on stay in the order of their samples.
-            if context.shows_background() {
+            if context.shows_plate() {
                 self.miss_indices.push(self.rays.len() as u32);
                 self.add_world(i, None, sample + 2 * samples);
             }
@@ -68,8 +68,10 @@ impl Wave {
         is_caught.then(|| self.out.radiance[self.weights.len() + sample])
     }
 
-    /// The radiance of the background behind the catcher that this sample meets, if the camera sees backgrounds.
+    /// The radiance of the background behind the catcher that this sample meets, if the camera sees one that is not black.
     pub(super) fn behind(&self, context: &RenderContext<'_>, sample: usize) -> Option<Rgb> {
-        (context.shows_background()).then(|| self.out.radiance[2 * self.weights.len() + sample])
+        context
+            .shows_plate()
+            .then(|| self.out.radiance[2 * self.weights.len() + sample])
     }
 }
