@@ -15,7 +15,7 @@ use ::gltf::json::{
 use super::{
     container::{self, Container, Location},
     error::GltfProblem,
-    features,
+    fault_place, features,
 };
 use crate::assets::Files;
 
@@ -64,8 +64,8 @@ impl<'a> Document<'a> {
             .map(|(i, _)| i)
             .collect();
         normalize(&mut raw);
-        let root = serde_path_to_error::deserialize(without_free_channels(raw.clone()));
-        let root: Root = root.map_err(|e| GltfProblem::broken(format!("its JSON is not understood: {e}")))?;
+        let root = fault_place::read(&without_free_channels(raw.clone()));
+        let root = root.map_err(|fault| GltfProblem::broken(format!("its JSON is not understood: {fault}")))?;
         check_indices(&root)?;
         let buffers = root.buffers.iter().map(|_| OnceCell::new()).collect();
         Ok(Self {

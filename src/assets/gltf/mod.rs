@@ -14,6 +14,7 @@ mod container;
 mod document;
 mod edited;
 mod error;
+mod fault_place;
 mod features;
 mod instancing;
 mod json;
