@@ -1,6 +1,14 @@
 //! The threads of a job.
 
+use std::hint::black_box;
+
 use batch_render::error::Error;
+
+/// The stack of a thread, in bytes: the standard library's default.
+const STACK: usize = 2 << 20;
+
+/// The address space that the program needs beside the stacks to say what has failed, in bytes.
+const ROOM: usize = 32 << 20;
 
 /// The threads that a job renders on; one for each processor where no number is given.
 pub fn threads(number: Option<u16>) -> Result<rayon::ThreadPool, Error> {
@@ -9,9 +17,25 @@ pub fn threads(number: Option<u16>) -> Result<rayon::ThreadPool, Error> {
         Some(n) => format!("{n} threads to render on"),
         None => "the threads to render on".to_owned(),
     };
+    if let Some(number) = number {
+        room_for(usize::from(number)).map_err(|cause| Error::threads(&what, &cause))?;
+    }
     rayon::ThreadPoolBuilder::new()
         .num_threads(usize::from(number.unwrap_or(0)))
+        .stack_size(STACK)
         .thread_name(|i| format!("render {i}"))
         .build()
         .map_err(|cause| Error::threads(&what, &cause))
+}
+
+/// An error if the address space does not hold the stacks of so many threads.
+///
+/// The threads that start would take the space up one by one, and the last bytes could be missing in any
+/// allocation, which ends the process without a message.
+fn room_for(threads: usize) -> Result<(), std::collections::TryReserveError> {
+    let mut stacks: Vec<u8> = Vec::new();
+    let taken = stacks.try_reserve_exact(threads.saturating_mul(STACK).saturating_add(ROOM));
+    // The compiler may otherwise leave the allocation out.
+    black_box(stacks.as_mut_ptr());
+    taken
 }
