@@ -8,6 +8,7 @@ use crate::{
         camera_path::{CameraPathError, ValueTableError},
     },
     camera::path::PathError,
+    compare::CompareError,
     compile,
     denoise::DenoiseError,
     describe,
@@ -46,6 +47,8 @@ pub enum Error {
     Memory { width: u32, height: u32, cause: OverBudget },
     #[error(transparent)]
     Compile(#[from] compile::Error),
+    #[error(transparent)]
+    Compare(#[from] CompareError),
     #[error(transparent)]
     CameraPath(#[from] CameraPathError),
     #[error(transparent)]
@@ -204,6 +207,7 @@ impl Error {
                     Blame::Data
                 }
             }
+            Self::Compare(CompareError::Image(error)) if error.is_missing() => Blame::MissingInput,
             Self::CameraPath(CameraPathError::NotFound { .. })
             | Self::Values(ValueTableError::NotFound { .. })
             | Self::Join(JoinError::Missing { .. })
@@ -211,6 +215,7 @@ impl Error {
                 Blame::MissingInput
             }
             Self::Compile(_)
+            | Self::Compare(_)
             | Self::CameraPath(_)
             | Self::Values(_)
             | Self::SetTwice { .. }

@@ -11,6 +11,7 @@ pub mod batch;
 pub mod bench;
 pub mod bsdf;
 pub mod camera;
+pub mod compare;
 pub mod compile;
 pub mod denoise;
 pub mod describe;

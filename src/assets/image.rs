@@ -224,10 +224,15 @@ impl Sizes {
 /// Endings of the formats that are read.
 const READ: [&str; 8] = ["png", "jpg", "jpeg", "bmp", "tga", "webp", "hdr", "exr"];
 
+/// Whether the name has the ending of a format that is read.
+pub fn has_a_picture_ending(path: &Path) -> bool {
+    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
+    READ.contains(&ending.as_str())
+}
+
 /// Whether the file at `path` is there and of a format that is not read, such as TIFF.
 pub fn is_unknown(path: &Path, files: &Files) -> bool {
-    let ending = path.extension().unwrap_or_default().to_string_lossy().to_lowercase();
-    if READ.contains(&ending.as_str()) {
+    if has_a_picture_ending(path) {
         return false;
     }
     let image = EncodedImage::read(

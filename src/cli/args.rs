@@ -76,6 +76,9 @@ pub enum Command {
     },
     /// Take the noise out of a sequence that was rendered with --aovs denoise
     Denoise(super::denoise_args::DenoiseArgs),
+    /// Compare pictures with references: FLIP, errors, and an exit code
+    #[command(after_long_help = super::compare_args::EXAMPLES)]
+    Compare(super::compare_args::CompareArgs),
     /// Write a job for a farm: a batch script of Slurm, or a template of OpenJD
     Submit(Box<SubmitArgs>),
     /// Fly the camera through a scene on a page in the browser, and keep its path

@@ -49,6 +49,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             Ok(())
         }
         Some(Command::Denoise(denoise)) => super::denoise::run(denoise, simd, args.quiet),
+        Some(Command::Compare(compare)) => super::compare::run(compare, args.quiet),
         Some(Command::Submit(submit)) => super::submit::run(submit, simd),
         None => render(&args.render, simd, args.quiet),
     }

@@ -3,6 +3,8 @@
 mod args;
 mod bench;
 mod choices;
+mod compare;
+mod compare_args;
 mod create;
 mod denoise;
 mod denoise_args;

@@ -54,6 +54,13 @@ pub fn sun(text: &str) -> Result<toml::Value, String> {
     }
 }
 
+/// Reads a number of at least 0.
+pub fn not_negative(text: &str) -> Result<f64, String> {
+    number(text)
+        .filter(|v| *v >= 0.0)
+        .ok_or_else(|| "expected a number of at least 0".into())
+}
+
 /// Reads a number above 0.
 pub fn positive(text: &str) -> Result<toml::Value, String> {
     let value = number(text).filter(|v| *v > 0.0);

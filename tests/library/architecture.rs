@@ -11,7 +11,7 @@ mod kinds;
 mod paths;
 
 /// Rooms by floor. A room uses the floors below its own.
-const FLOORS: [(&str, u32); 28] = [
+const FLOORS: [(&str, u32); 29] = [
     ("main", 7),
     ("cli", 7),
     ("batch", 6),
@@ -20,6 +20,7 @@ const FLOORS: [(&str, u32); 28] = [
     ("error", 6),
     ("output", 5),
     ("describe", 5),
+    ("compare", 5),
     ("compile", 5),
     ("render", 4),
     ("assets", 4),
@@ -261,13 +262,14 @@ fn unsafe_lives_in_vectors_kernels_and_native_libraries_only() {
 }
 
 /// Files that read files: the gate itself, and those whose files are no inputs of a picture.
-const READERS: [(&str, &str); 11] = [
+const READERS: [(&str, &str); 12] = [
     ("src/assets/files.rs", "the gate"),
     ("src/bsdf/albedo/isotropic.rs", "a table that is compiled in"),
     ("src/output/atomic.rs", "folders of output"),
     ("src/output/facts.rs", "output of an earlier run"),
     ("src/output/job_file.rs", "other jobs"),
     ("src/output/sequence.rs", "names of files of an earlier run"),
+    ("src/compare/pairs.rs", "names of pictures in folders"),
     ("src/batch/resume/checkpoint.rs", "the state of an earlier run"),
     (
         "src/batch/products/sidecars.rs",

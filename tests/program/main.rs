@@ -14,6 +14,7 @@ mod cells;
 mod chunks;
 mod cli;
 mod closed_room;
+mod compare;
 mod components;
 mod copies;
 mod cryptomatte;

@@ -1,0 +1,80 @@
+//! The arguments of `batch-render compare`.
+
+use std::path::PathBuf;
+
+use batch_render::compare::Measures;
+use clap::{Args as ClapArgs, ValueEnum};
+
+use super::values::not_negative;
+
+pub const EXAMPLES: &str = "\
+Examples:
+  batch-render compare expected.exr out.exr                      exit code 1 if they differ at all
+  batch-render compare expected/ out/ --tolerance 0.02           each picture of two folders, by FLIP
+  batch-render compare expected/ out/ --metric pixels --limit 0.01 --tolerance 0.001
+  batch-render compare expected/ out/ -o differences/            a map of FLIP for each picture
+  batch-render compare expected/ out/ --tolerance 0.02 --update  take what differs as the new references";
+
+#[derive(Debug, ClapArgs)]
+pub struct CompareArgs {
+    /// The picture that is right, or a folder of such
+    pub reference: PathBuf,
+
+    /// The picture to judge, or a folder of pictures of the same names
+    pub test: PathBuf,
+
+    /// Measure that the tolerance is for
+    #[arg(long, value_enum, value_name = "NAME", default_value_t = Metric::Flip)]
+    pub metric: Metric,
+
+    /// Largest value of the measure that is accepted; beyond it the exit code is 1. It is also that of the error of alpha
+    #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = not_negative)]
+    pub tolerance: f64,
+
+    /// Difference of a number that `pixels` does not count [default: 1/255]
+    #[arg(long, value_name = "X", default_value_t = 1.0 / 255.0, hide_default_value = true, value_parser = not_negative)]
+    pub limit: f64,
+
+    /// Write a map of FLIP as PNG: black where pictures are equal; for folders a folder
+    #[arg(short, long, value_name = "PATH")]
+    pub output: Option<PathBuf>,
+
+    /// Copy pictures beyond the tolerance, and new ones, over the references
+    #[arg(long)]
+    pub update: bool,
+
+    /// Print one JSON object a picture
+    #[arg(long)]
+    pub json: bool,
+
+    /// Threads to work on [default: one per processor]
+    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    pub threads: Option<u16>,
+}
+
+/// A measure of the difference of two pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
+pub enum Metric {
+    /// Mean of the difference that a viewer sees, from 0 to 1
+    Flip,
+    /// Root of the mean squared difference
+    Rmse,
+    /// Mean squared difference, relative to the reference
+    Relmse,
+    /// Share of pixels that differ by more than the limit
+    Pixels,
+    /// Largest difference of a number
+    Largest,
+}
+
+impl Metric {
+    pub fn of(self, measures: &Measures) -> f64 {
+        match self {
+            Self::Flip => measures.flip,
+            Self::Rmse => measures.rmse,
+            Self::Relmse => measures.relmse,
+            Self::Pixels => measures.pixels,
+            Self::Largest => measures.largest,
+        }
+    }
+}

@@ -1,0 +1,112 @@
+//! The measures of a pair of pictures.
+
+use serde::Serialize;
+
+use super::{CompareError, Picture, flip};
+use crate::math::Rgb;
+
+/// How far a test is from its reference. All are 0 for equal pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct Measures {
+    /// The mean over pixels of FLIP, the difference that a viewer sees when the pictures alternate, from 0 to 1: HDR-FLIP for
+    /// pictures of light, LDR-FLIP for display values.
+    pub flip: f64,
+    /// The root of the mean squared difference of a number.
+    pub rmse: f64,
+    /// The mean over pixels and channels of the squared difference over the squared reference plus 0.01, which weighs dark and
+    /// bright parts alike. Source: Rousselle et al., "Adaptive Sampling and Reconstruction using Greedy Error Minimization",
+    /// SIGGRAPH Asia 2011.
+    pub relmse: f64,
+    /// The share of pixels of which a number (alpha included) is farther away than the limit.
+    pub pixels: f64,
+    /// The largest difference of a number, alpha included.
+    pub largest: f64,
+    /// The root of the mean squared difference of alpha.
+    pub alpha_rmse: f64,
+}
+
+/// A test beside its reference.
+#[derive(Clone, Debug)]
+pub struct Comparison {
+    pub measures: Measures,
+    /// The mean red, green and blue of the reference and of the test.
+    pub means: [[f64; 3]; 2],
+    /// Numbers of the reference and of the test that are NaN or infinite.
+    pub not_finite: [u64; 2],
+    /// Columns and rows.
+    pub size: [u32; 2],
+    /// FLIP of each pixel, row by row from the top.
+    pub flip: Vec<f32>,
+}
+
+impl Comparison {
+    /// Compares two pictures of one size. A difference of `limit` or less is none in [`Measures::pixels`].
+    pub fn new(reference: &Picture, test: &Picture, limit: f32) -> Result<Self, CompareError> {
+        if reference.size != test.size {
+            return Err(CompareError::Size {
+                reference: reference.size,
+                test: test.size,
+            });
+        }
+        if reference.is_light != test.is_light {
+            return Err(CompareError::Range);
+        }
+        let flip = match reference.is_light {
+            true => flip::of_light(reference, test),
+            false => flip::of_display_values(reference, test),
+        };
+        let mut sums = Sums::default();
+        for (i, (a, b)) in reference.pixels.iter().zip(&test.pixels).enumerate() {
+            sums.add(*a, *b, reference.alpha(i) - test.alpha(i), limit);
+        }
+        let pixels = reference.pixels.len() as f64;
+        Ok(Self {
+            measures: Measures {
+                flip: flip.iter().map(|v| f64::from(*v)).sum::<f64>() / pixels,
+                rmse: (sums.squares / (3.0 * pixels)).sqrt(),
+                relmse: sums.relative / (3.0 * pixels),
+                pixels: sums.beyond as f64 / pixels,
+                largest: f64::from(sums.largest),
+                alpha_rmse: (sums.alpha / pixels).sqrt(),
+            },
+            means: [mean(reference), mean(test)],
+            not_finite: [reference.not_finite, test.not_finite],
+            size: reference.size,
+            flip,
+        })
+    }
+}
+
+#[derive(Default)]
+struct Sums {
+    squares: f64,
+    relative: f64,
+    alpha: f64,
+    beyond: u64,
+    largest: f32,
+}
+
+impl Sums {
+    fn add(&mut self, reference: Rgb, test: Rgb, alpha: f32, limit: f32) {
+        let mut largest = alpha.abs();
+        for (a, b) in reference.to_array().into_iter().zip(test.to_array()) {
+            largest = largest.max((b - a).abs());
+            let (a, b) = (f64::from(a), f64::from(b));
+            self.squares += (b - a) * (b - a);
+            self.relative += (b - a) * (b - a) / (a * a + 0.01);
+        }
+        self.alpha += f64::from(alpha) * f64::from(alpha);
+        self.beyond += u64::from(largest > limit);
+        self.largest = self.largest.max(largest);
+    }
+}
+
+fn mean(picture: &Picture) -> [f64; 3] {
+    let mut sum = [0.0; 3];
+    for pixel in &picture.pixels {
+        for (sum, v) in sum.iter_mut().zip(pixel.to_array()) {
+            *sum += f64::from(v);
+        }
+    }
+    sum.map(|v| v / picture.pixels.len() as f64)
+}

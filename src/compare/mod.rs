@@ -1,0 +1,41 @@
+//! Two pictures compared: errors of their numbers, and the difference that a viewer sees.
+//!
+//! One picture is the *reference*, the other the *test*. [`Comparison::new`] has all measures of a pair; [`pairs`] finds the pairs
+//! of two folders; [`heat::color`] shows a difference as a colour.
+
+mod flip;
+pub mod heat;
+mod measures;
+pub mod pairs;
+mod picture;
+
+use std::path::Path;
+
+use crate::assets::{Files, image::ImageError};
+
+pub use measures::{Comparison, Measures};
+pub use picture::Picture;
+
+/// Why two pictures cannot be compared.
+#[derive(Debug, thiserror::Error)]
+pub enum CompareError {
+    #[error(transparent)]
+    Image(#[from] ImageError),
+    #[error("the pictures differ in size: {}x{} and {}x{}", reference[0], reference[1], test[0], test[1])]
+    Size { reference: [u32; 2], test: [u32; 2] },
+    #[error("one picture holds light and the other display values: compare EXR with EXR, and PNG with PNG")]
+    Range,
+}
+
+/// Compares the picture files `test` and `reference`.
+///
+/// A number of a picture that is `limit` or less away from that of the reference is no difference in
+/// [`Measures::pixels`].
+pub fn compare(reference: &Path, test: &Path, limit: f32, files: &Files) -> Result<Comparison, CompareError> {
+    let reference = Picture::read(reference, files)?;
+    let test = Picture::read(test, files)?;
+    Comparison::new(&reference, &test, limit)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,54 @@
+//! The pictures of two folders, by their names.
+
+use std::{
+    collections::BTreeSet,
+    fs, io,
+    path::{Path, PathBuf},
+};
+
+use crate::assets::image;
+
+/// The pictures of two folders: their paths below the folder, in order.
+#[derive(Debug, Default)]
+pub struct Pairs {
+    /// Pictures that both have.
+    pub both: Vec<PathBuf>,
+    /// Pictures of the reference that the test lacks.
+    pub missing: Vec<PathBuf>,
+    /// Pictures of the test without a reference.
+    pub added: Vec<PathBuf>,
+}
+
+impl Pairs {
+    /// Lists the pictures in two folders and the folders in them. Files whose names begin with a dot are left out.
+    pub fn of(reference: &Path, test: &Path) -> io::Result<Self> {
+        let [reference, test] = [pictures(reference)?, pictures(test)?];
+        Ok(Self {
+            both: reference.intersection(&test).cloned().collect(),
+            missing: reference.difference(&test).cloned().collect(),
+            added: test.difference(&reference).cloned().collect(),
+        })
+    }
+}
+
+fn pictures(root: &Path) -> io::Result<BTreeSet<PathBuf>> {
+    let mut found = BTreeSet::new();
+    let mut folders = vec![PathBuf::new()];
+    while let Some(folder) = folders.pop() {
+        for entry in fs::read_dir(root.join(&folder))? {
+            let entry = entry?;
+            let name = entry.file_name();
+            let path = folder.join(&name);
+            if name.as_encoded_bytes().starts_with(b".") {
+                continue;
+            }
+            // Links to folders are not followed: they may lead back.
+            match entry.file_type()? {
+                kind if kind.is_dir() => folders.push(path),
+                _ if image::has_a_picture_ending(&path) => drop(found.insert(path)),
+                _ => {}
+            }
+        }
+    }
+    Ok(found)
+}

@@ -1,0 +1,119 @@
+//! `compare`: pictures beside their references, and the exit code.
+
+use std::fs;
+
+use crate::common::{Folder, SMALL_SCENE};
+
+/// A folder with `a.exr` and `a.png` of few samples, and `b` of more.
+fn rendered() -> Folder {
+    let folder = Folder::new();
+    folder.write("s.toml", SMALL_SCENE);
+    for (name, samples) in [("a", "1"), ("b", "4")] {
+        let [exr, png] = ["exr", "png"].map(|format| format!("{name}.{format}"));
+        folder.succeed(&["s.toml", "-o", &exr, "-o", &png, "--samples", samples]);
+    }
+    folder
+}
+
+fn compared(folder: &Folder, args: &[&str]) -> (Option<i32>, String, String) {
+    let output = folder.run(&[&["compare"], args].concat());
+    let text = |bytes: Vec<u8>| String::from_utf8(bytes).expect("UTF-8");
+    (output.status.code(), text(output.stdout), text(output.stderr))
+}
+
+#[test]
+fn the_exit_code_says_whether_pictures_are_within_the_tolerance() {
+    let folder = rendered();
+    for format in ["exr", "png"] {
+        let [a, b] = ["a", "b"].map(|name| format!("{name}.{format}"));
+        assert_eq!(compared(&folder, &[&a, &a]).0, Some(0));
+        let (code, line, error) = compared(&folder, &[&a, &b, "--json"]);
+        assert_eq!(code, Some(1));
+        assert_eq!(error, "error: 1 of 1 picture beyond the tolerance\n");
+        let measures: serde_json::Value = serde_json::from_str(&line).expect("JSON");
+        for metric in ["flip", "rmse", "relmse", "pixels", "largest"] {
+            let value = measures[metric].as_f64().expect("a number");
+            assert!(value > 0.0, "{metric}");
+            let tolerance =
+                |factor: f64| (factor * value.max(measures["alpha_rmse"].as_f64().expect("a number"))).to_string();
+            let code = |tolerance: &str| compared(&folder, &[&a, &b, "--metric", metric, "--tolerance", tolerance]).0;
+            assert_eq!(code(&tolerance(1.001)), Some(0), "{metric}");
+            assert_eq!(code(&(0.999 * value).to_string()), Some(1), "{metric}");
+        }
+    }
+}
+
+#[test]
+fn folders_are_compared_by_names_and_updated() {
+    let folder = rendered();
+    let put = |from: &str, to: &str| {
+        let to = folder.path(to);
+        fs::create_dir_all(to.parent().expect("a folder")).expect("created");
+        fs::copy(folder.path(from), to).expect("copied");
+    };
+    for (from, to) in [
+        ("a.png", "expected/same.png"),
+        ("a.png", "expected/in/other.png"),
+        ("a.png", "expected/lost.png"),
+        ("a.png", "out/same.png"),
+        ("b.png", "out/in/other.png"),
+        ("b.exr", "out/new.exr"),
+    ] {
+        put(from, to);
+    }
+    folder.write("out/notes.txt", "no picture");
+    let (code, lines, error) = compared(&folder, &["expected", "out", "-o", "maps"]);
+    assert_eq!(
+        (code, &error[..]),
+        (Some(1), "error: 3 of 4 pictures beyond the tolerance\n")
+    );
+    let path = |name: &str| name.replace('/', std::path::MAIN_SEPARATOR_STR);
+    for (name, end) in [
+        ("out/in/other.png", "; beyond the tolerance"),
+        ("out/lost.png", ": the picture is missing"),
+        ("out/new.exr", ": there is no reference"),
+    ] {
+        let name = path(name);
+        assert!(
+            lines.lines().any(|line| line.starts_with(&name) && line.ends_with(end)),
+            "{lines}"
+        );
+    }
+    assert_eq!(
+        crate::common::files(&folder.path("maps")),
+        [folder.path("maps/in/other.png.png"), folder.path("maps/same.png.png")]
+    );
+    // Equal pictures have a black map.
+    let black = image::open(folder.path("maps/same.png.png"))
+        .expect("a picture")
+        .to_rgb8();
+    assert!(black.pixels().all(|pixel| pixel.0 == [0, 0, 4]));
+
+    // What is missing stays missing; the others become references.
+    let (code, lines, _) = compared(&folder, &["expected", "out", "--update"]);
+    assert_eq!(code, Some(1));
+    assert!(lines.ends_with("2 references updated\n"), "{lines}");
+    fs::remove_file(folder.path("expected/lost.png")).expect("removed");
+    assert_eq!(compared(&folder, &["expected", "out"]).0, Some(0));
+    assert_eq!(folder.read("expected/in/other.png"), folder.read("b.png"));
+}
+
+#[test]
+fn what_cannot_be_compared_says_why() {
+    let folder = rendered();
+    fs::create_dir(folder.path("empty")).expect("created");
+    folder.write("broken.png", "no picture");
+    folder.succeed(&["s.toml", "-o", "wide.exr", "--samples", "1", "--resolution", "40x8"]);
+    for (code, args, expected) in [
+        (66, ["a.exr", "none.exr"], "none.exr"),
+        (65, ["a.png", "broken.png"], "broken.png"),
+        (2, ["empty", "a.png"], "one path is a folder and the other is none"),
+        (2, ["empty", "empty"], "there is no picture in the folders"),
+        (1, ["a.exr", "a.png"], "1 of 1 picture beyond the tolerance"),
+        (1, ["a.exr", "wide.exr"], "1 of 1 picture beyond the tolerance"),
+    ] {
+        let (found, lines, error) = compared(&folder, &args);
+        assert_eq!(found, Some(code), "{args:?}: {lines}{error}");
+        assert!(error.contains(expected), "{args:?}: {error}");
+    }
+}
