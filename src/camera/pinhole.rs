@@ -41,6 +41,8 @@
 //! Photogrammetric Engineering 37(8), 1971; Kannala, Brandt, "A Generic Camera Model and Calibration Method", PAMI 28(8), 2006,
 //! doi:10.1109/TPAMI.2006.153; OpenCV's documentation of `calib3d` and `fisheye` for the terms and their order.
 
+use std::f64::consts::PI;
+
 use glam::{DMat2, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
@@ -136,15 +138,12 @@ impl LensKind for PinholeLens {
             DVec2::new(fx * scale.x, 0.0),
             DVec2::new(self.skew * scale.x, fy * scale.y),
         );
-        let inverse = pixels.inverse();
-        let corners = [DVec2::ZERO, DVec2::new(film.x, 0.0), DVec2::new(0.0, film.y), film];
-        let reach = corners.map(|corner| (inverse * (corner - center)).length());
         Pinhole {
             station: Station::new(pose),
             pixels,
-            inverse,
+            inverse: pixels.inverse(),
             center,
-            distortion: self.distortion.within(reach.into_iter().fold(0.0, f64::max)),
+            distortion: self.distortion,
         }
     }
 }
@@ -189,7 +188,7 @@ impl CameraKind for Pinhole {
             [self.inverse.x_axis, self.inverse.y_axis].map(|step| step.length() * self.distortion.middle_slope());
         RayCone {
             width: 0.0,
-            spread: next[0].min(next[1]) as f32,
+            spread: next[0].min(next[1]).min(PI) as f32,
         }
     }
 
@@ -235,13 +234,20 @@ impl CameraKind for Pinhole {
     }
 
     fn between(&self, to: &Self, u: f64) -> Self {
-        let pixels = self.pixels + (to.pixels - self.pixels) * u;
-        Self {
+        let still = Self {
             station: self.station.between(&to.station, u),
+            ..*self
+        };
+        if self.pixels == to.pixels && self.center == to.center {
+            return still;
+        }
+        let pixels = self.pixels + (to.pixels - self.pixels) * u;
+        // Values over time are single numbers, and coefficients are lists: the distortion stays.
+        Self {
             pixels,
             inverse: pixels.inverse(),
             center: self.center + (to.center - self.center) * u,
-            distortion: self.distortion.between(&to.distortion, u),
+            ..still
         }
     }
 }

@@ -124,7 +124,7 @@ number!(
     |v| (0.0..=1.0).contains(&v)
 );
 
-/// A finite number in double precision.
+/// A finite number in double precision, in the range of single precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Precise(pub f64);
 
@@ -136,15 +136,17 @@ impl<'de> Deserialize<'de> for Precise {
     }
 }
 
-/// A finite number above 0 in double precision.
+/// A finite number above 0 in double precision, in the range of single precision.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PrecisePositive(pub f64);
 
 impl<'de> Deserialize<'de> for PrecisePositive {
     fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
         let Precise(v) = Precise::deserialize(d)?;
-        if v > 0.0 {
+        if v >= f64::from(f32::MIN_POSITIVE) {
             Ok(Self(v))
+        } else if v > 0.0 {
+            Err(de::Error::custom(format_args!("{v:e} is too small")))
         } else {
             Err(de::Error::custom(format_args!("expected a number above 0, found {v}")))
         }
@@ -296,6 +298,12 @@ mod tests {
             read::<Finite>("v = nan"),
             Err("expected a finite number, found NaN".into())
         );
+        assert_eq!(
+            read::<PrecisePositive>("v = 0"),
+            Err("expected a number above 0, found 0".into())
+        );
+        assert_eq!(read::<PrecisePositive>("v = 1e-200"), Err("1e-200 is too small".into()));
+        assert_eq!(read::<PrecisePositive>("v = 1e-38"), Err("1e-38 is too small".into()));
         assert_eq!(read::<Finite>("v = 1e300"), Err("1e300 is too large".into()));
         assert_eq!(read::<Point>("v = [1, 2, 1e300]"), Err("1e300 is too large".into()));
     }

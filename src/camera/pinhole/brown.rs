@@ -1,21 +1,25 @@
 //! OpenCV's distortion of the plane at distance 1: radial with a rational factor, tangential, thin prism.
 
-use std::f64::consts::FRAC_PI_2;
+use std::f64::consts::{FRAC_PI_2, TAU};
 
 use glam::{DMat2, DVec2, DVec3};
 use serde::Serialize;
 
 use super::{
-    model::{Model, between, padded},
+    model::{Model, padded},
     rising::{invert, rising_end},
 };
 use crate::camera::ViewDistortion;
 
-/// The most steps of Newton's method.
-const MAX_STEPS: u32 = 32;
+/// The most steps of Newton's method, halvings of a step among them.
+const MAX_STEPS: u32 = 64;
 
-/// The largest error of a solution, in focal lengths: a millionth of a pixel where these are 100,000 pixels.
+/// The largest error of a solution, in focal lengths, or in parts of a longer distance from the axis: a millionth of a pixel where these
+/// are 100,000 pixels.
 const TOLERANCE: f64 = 1e-11;
+
+/// The points of a circle at which it is checked whether the picture folds over.
+const AZIMUTHS: u32 = 32;
 
 /// OpenCV's model, up to the radius at which its pictures fold over.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
@@ -68,22 +72,47 @@ impl Brown {
         (place, DMat2::from_cols(by_x, by_y))
     }
 
-    /// With the end of what its radial part can show.
-    fn ended(coefficients: [f64; 12]) -> Self {
-        let whole = Self {
-            coefficients,
-            end: f64::INFINITY,
-        };
-        let rises = |angle: f64| {
-            let r = libm::tan(angle);
-            let [at, slope] = whole.radius(r);
-            slope > 0.0 && at.is_finite() && at >= 0.0
-        };
-        let most = FRAC_PI_2 - 1e-4;
-        Self {
-            end: libm::tan(rising_end(most, rises)),
-            ..whole
+    /// A point of the plane that is seen at a place, by Newton's method from `p`. Steps that lead away, or over a fold, are halved.
+    fn solve(&self, place: DVec2, mut p: DVec2) -> Option<DVec2> {
+        let most = TOLERANCE * place.length().max(1.0);
+        let (mut at, mut slopes) = self.distorted(p);
+        let mut step = slopes.inverse() * (place - at);
+        for _ in 0..MAX_STEPS {
+            let error = (place - at).length_squared();
+            if error <= most * most {
+                return Some(p);
+            }
+            let next = p + step;
+            if next == p {
+                return None;
+            }
+            let (at_next, slopes_next) = self.distorted(next);
+            let is_nearer = (place - at_next).length_squared() < error;
+            if is_nearer && slopes_next.determinant() > 0.0 {
+                (p, at, slopes) = (next, at_next, slopes_next);
+                step = slopes.inverse() * (place - at);
+            } else {
+                step *= 0.5;
+            }
         }
+        None
+    }
+
+    /// Whether it moves points along their radius only.
+    fn is_radial(&self) -> bool {
+        let [_, _, p1, p2, _, _, _, _, prism @ ..] = self.coefficients;
+        [p1, p2] == [0.0; 2] && prism == [0.0; 4]
+    }
+
+    /// Whether the picture folds over nowhere on the circle of radius `r`.
+    fn is_unfolded(&self, r: f64) -> bool {
+        let [at, slope] = self.radius(r);
+        let unfolds = |azimuth: u32| {
+            let angle = f64::from(azimuth) * (TAU / f64::from(AZIMUTHS));
+            let (sin, cos) = libm::sincos(angle);
+            self.distorted(DVec2::new(cos, sin) * r).1.determinant() > 0.0
+        };
+        slope > 0.0 && at.is_finite() && at >= 0.0 && (self.is_radial() || (0..AZIMUTHS).all(unfolds))
     }
 }
 
@@ -92,11 +121,16 @@ impl Model for Brown {
     const HAS_PLANE: bool = true;
 
     fn new(coefficients: &[f64]) -> Self {
-        Self::ended(padded(coefficients))
-    }
-
-    fn within(self, _reach: f64) -> Self {
-        self
+        let coefficients = padded(coefficients);
+        let whole = Self {
+            coefficients,
+            end: f64::INFINITY,
+        };
+        let most = FRAC_PI_2 - 1e-4;
+        Self {
+            end: libm::tan(rising_end(most, |angle| whole.is_unfolded(libm::tan(angle)))),
+            ..whole
+        }
     }
 
     fn place(&self, d: DVec3) -> Option<DVec2> {
@@ -108,27 +142,21 @@ impl Model for Brown {
 
     fn direction(&self, place: DVec2) -> Option<DVec3> {
         let radius = place.length();
-        // Without the tangential terms.
+        // All but the tangential terms and those of the prism.
         let most = self.radius(self.end)[0];
         let straight = invert(radius.min(most), self.end, |r| self.radius(r))?;
-        let mut p = if radius > 0.0 {
+        let p = if radius > 0.0 {
             place * (straight / radius)
         } else {
             place
         };
-        for _ in 0..MAX_STEPS {
-            let (at, slopes) = self.distorted(p);
-            let error = place - at;
-            if error.length_squared() <= TOLERANCE * TOLERANCE {
-                let is_seen = p.length() <= self.end && slopes.determinant() > 0.0;
-                return is_seen.then(|| p.extend(1.0));
-            }
-            p += slopes.inverse() * error;
-            if !p.is_finite() {
-                return None;
-            }
+        if self.is_radial() {
+            return (radius <= most).then(|| p.extend(1.0));
         }
-        None
+        // Near a fold the first may lead nowhere.
+        let starts = [p, 0.5 * p, DVec2::ZERO];
+        let found = starts.into_iter().find_map(|start| self.solve(place, start))?;
+        (found.length() <= self.end).then(|| found.extend(1.0))
     }
 
     fn middle_slope(&self) -> f64 {
@@ -141,12 +169,5 @@ impl Model for Brown {
             radial: [k1, k2, k3],
             tangential: [p1, p2],
         })
-    }
-
-    fn between(&self, to: &Self, u: f64) -> Self {
-        if self.coefficients == to.coefficients {
-            return *self;
-        }
-        Self::ended(between(&self.coefficients, &to.coefficients, u))
     }
 }

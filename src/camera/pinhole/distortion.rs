@@ -42,11 +42,6 @@ macro_rules! models {
         pub enum Distortion { None, $( $Variant($Variant), )* }
 
         impl Distortion {
-            /// This distortion on a film that reaches this many focal lengths from the optical axis.
-            pub(super) fn within(&self, reach: f64) -> Self {
-                match self { Self::None => Self::None, $( Self::$Variant(model) => Self::$Variant(model.within(reach)), )* }
-            }
-
             /// Whether depth is measured along the axis.
             pub(super) fn has_plane(&self) -> bool {
                 match self { Self::None => true, $( Self::$Variant(_) => $Variant::HAS_PLANE, )* }
@@ -77,14 +72,6 @@ macro_rules! models {
             /// See [`Model::of_data_sets`].
             pub(super) fn of_data_sets(&self) -> Option<ViewDistortion> {
                 match self { Self::None => Some(ViewDistortion::None), $( Self::$Variant(model) => model.of_data_sets(), )* }
-            }
-
-            /// See [`Model::between`]; another model stays.
-            pub(super) fn between(&self, to: &Self, u: f64) -> Self {
-                match (self, to) {
-                    $( (Self::$Variant(a), Self::$Variant(b)) => Self::$Variant(a.between(b, u)), )*
-                    (stays, _) => *stays,
-                }
             }
         }
     };

@@ -6,13 +6,10 @@ use glam::{DVec2, DVec3};
 use serde::Serialize;
 
 use super::{
-    model::{Model, between, padded},
-    rising::{invert, rising_end},
+    model::{Model, padded},
+    rising::{around_end, invert, rising_end},
 };
 use crate::camera::ViewDistortion;
-
-/// Films of chunks and overscan reach beyond the corners of the picture by up to this factor.
-const OVERSCAN: f64 = 4.0;
 
 /// The place at this distance from the middle, in the direction of `d`.
 fn towards(d: DVec3, distance: f64) -> DVec2 {
@@ -50,14 +47,6 @@ impl KannalaBrandt {
         let [k1, k2, k3, k4] = self.k;
         polynomial(&[0.0, 1.0, 0.0, k1, 0.0, k2, 0.0, k3, 0.0, k4], angle)
     }
-
-    fn ended(k: [f64; 4]) -> Self {
-        let whole = Self { k, end: PI };
-        Self {
-            end: rising_end(PI, |angle| whole.distance(angle)[1] > 0.0),
-            ..whole
-        }
-    }
 }
 
 impl Model for KannalaBrandt {
@@ -65,11 +54,12 @@ impl Model for KannalaBrandt {
     const HAS_PLANE: bool = false;
 
     fn new(coefficients: &[f64]) -> Self {
-        Self::ended(padded(coefficients))
-    }
-
-    fn within(self, _reach: f64) -> Self {
-        self
+        let k = padded(coefficients);
+        let whole = Self { k, end: PI };
+        Self {
+            end: rising_end(PI, |angle| whole.distance(angle)[1] > 0.0),
+            ..whole
+        }
     }
 
     fn place(&self, d: DVec3) -> Option<DVec2> {
@@ -88,13 +78,6 @@ impl Model for KannalaBrandt {
 
     fn of_data_sets(&self) -> Option<ViewDistortion> {
         Some(ViewDistortion::OpenCvFisheye(self.k))
-    }
-
-    fn between(&self, to: &Self, u: f64) -> Self {
-        if self.k == to.k {
-            return *self;
-        }
-        Self::ended(between(&self.k, &to.k, u))
     }
 }
 
@@ -118,25 +101,21 @@ impl Model for FisheyePolynomial {
     const HAS_PLANE: bool = false;
 
     fn new(coefficients: &[f64]) -> Self {
+        let c = padded(coefficients);
+        let whole = Self { c, end: f64::INFINITY };
+        let rises = |distance: f64| {
+            let [angle, slope] = whole.angle(distance);
+            slope > 0.0 && angle <= PI
+        };
         Self {
-            c: padded(coefficients),
-            end: 0.0,
+            // Were it a straight line, it would end at this distance.
+            end: rising_end(around_end(PI / c[1], rises), rises),
+            ..whole
         }
     }
 
     fn flaw(&self) -> Option<&'static str> {
         (self.c[1] <= 0.0).then_some("the second coefficient is not above 0, so that no angle rises from the middle")
-    }
-
-    fn within(self, reach: f64) -> Self {
-        let rises = |distance: f64| {
-            let [angle, slope] = self.angle(distance);
-            slope > 0.0 && angle <= PI
-        };
-        Self {
-            end: rising_end(OVERSCAN * reach, rises),
-            ..self
-        }
     }
 
     fn place(&self, d: DVec3) -> Option<DVec2> {
@@ -152,12 +131,5 @@ impl Model for FisheyePolynomial {
 
     fn middle_slope(&self) -> f64 {
         self.c[1]
-    }
-
-    fn between(&self, to: &Self, u: f64) -> Self {
-        Self {
-            c: between(&self.c, &to.c, u),
-            end: self.end.min(to.end),
-        }
     }
 }

@@ -23,9 +23,6 @@ pub(super) trait Model: Copy {
         None
     }
 
-    /// This model on a film that reaches this far.
-    fn within(self, reach: f64) -> Self;
-
     /// The place at which a direction is seen; `None` if it is not seen.
     fn place(&self, d: DVec3) -> Option<DVec2>;
 
@@ -39,14 +36,6 @@ pub(super) trait Model: Copy {
     fn of_data_sets(&self) -> Option<ViewDistortion> {
         None
     }
-
-    /// Interpolates from this model (`u` = 0) to `to` (`u` = 1).
-    fn between(&self, to: &Self, u: f64) -> Self;
-}
-
-/// The coefficients between these, by `u`.
-pub(super) fn between<const N: usize>(a: &[f64; N], b: &[f64; N], u: f64) -> [f64; N] {
-    std::array::from_fn(|i| a[i] + (b[i] - a[i]) * u)
 }
 
 /// These coefficients, and zeros.

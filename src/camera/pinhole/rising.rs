@@ -6,6 +6,19 @@ const STEPS: u32 = 4096;
 /// The most steps of an inversion: those of a bisection to the last bit.
 const MAX_STEPS: u32 = 64;
 
+/// A number at which `rises` no longer holds, while it holds at half of it, found from a guess by doubling and halving; 0 if it holds
+/// nowhere. It must not hold at infinity.
+pub(super) fn around_end(guess: f64, rises: impl Fn(f64) -> bool) -> f64 {
+    let mut end = guess.clamp(f64::MIN_POSITIVE, f64::MAX);
+    while rises(end) {
+        end *= 2.0;
+    }
+    while end > 0.0 && !rises(0.5 * end) {
+        end *= 0.5;
+    }
+    end
+}
+
 /// The largest number up to `end` below which `rises` holds from 0 on, within a step of 1/4096 of `end`: a shorter fall may be
 /// missed.
 pub(super) fn rising_end(end: f64, rises: impl Fn(f64) -> bool) -> f64 {
@@ -47,7 +60,7 @@ pub(super) fn invert(value: f64, end: f64, f: impl Fn(f64) -> [f64; 2]) -> Optio
         } else {
             0.5 * (low + high)
         };
-        if next == x || (next - x).abs() <= 1e-16 * end {
+        if next == x || (next - x).abs() <= 4.0 * f64::EPSILON * end {
             return Some(next);
         }
         x = next;

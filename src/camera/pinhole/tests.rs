@@ -4,7 +4,11 @@ use glam::{DVec2, DVec3};
 use proptest::prelude::*;
 
 use super::*;
-use super::{brown::Brown, fisheyes::KannalaBrandt, model::Model};
+use super::{
+    brown::Brown,
+    fisheyes::{FisheyePolynomial, KannalaBrandt},
+    model::Model,
+};
 use crate::camera::{Camera, CameraDesc};
 
 fn setup(keys: &str) -> CameraSetup<PinholeLens> {
@@ -147,8 +151,9 @@ fn wrong_numbers_of_coefficients_are_refused() {
     assert!(refused("division = [1]").contains("unknown variant `division`"));
 }
 
-fn models() -> [PinholeLens; 4] {
+fn models() -> [PinholeLens; 5] {
     [
+        "distortion.opencv = [-0.21, 0.08, 0, 0, -0.01]",
         "distortion.opencv = [-0.21, 0.08, 0.0004, -0.0002, -0.01]",
         "distortion.opencv = [0.3, -0.05, 0.002, 0.003, 0.02, 0.4, 0.01, 0.001, 0.001, -0.002, 0.0005, 0.0001]",
         "distortion.kannala_brandt = [-0.02, 0.01, -0.003, 0.0005]",
@@ -178,4 +183,98 @@ fn nearly_all_of_usual_pictures_is_seen() {
         let camera = lens.camera(&Pose::at(DVec3::ZERO), [640, 480]);
         assert_eq!(camera.missing_part([640, 480]), 0.0, "{lens:?}");
     }
+}
+
+#[test]
+fn intrinsics_at_the_ends_of_their_range_have_rays_and_cones() {
+    let ends = ["1.2e-38", "1", "3.4e38"];
+    let offsets = ["-3.4e38", "0", "3.4e38"];
+    let distortions = [
+        "",
+        "distortion.opencv = [-0.1, 0.2, 0.01, 0.02]",
+        "distortion.kannala_brandt = [0.1, 0, 0, 0.1]",
+        "distortion.fisheye_polynomial = [0, 1, 0.1]",
+        "distortion.fisheye_polynomial = [3.4e38, 3.4e38, -3.4e38]",
+        "distortion.fisheye_polynomial = [-3.4e38, 1e-300, 3.4e38]",
+    ];
+    let mut numbers = 0_u32;
+    let mut pick = |of: &[&'static str]| {
+        numbers += 1;
+        of[crate::math::hash::mix32(numbers) as usize % of.len()]
+    };
+    for _ in 0..60 {
+        for distortion in distortions {
+            let [fx, fy, width, height] = std::array::from_fn(|_| pick(&ends));
+            let [cx, cy, skew] = std::array::from_fn(|_| pick(&offsets));
+            let keys = format!(
+                "fx = {fx}, fy = {fy}, cx = {cx}, cy = {cy}, skew = {skew}, size = [{width}, {height}], {distortion}"
+            );
+            let camera = pinhole(&keys, [640, 480]);
+            for place in [[0.0, 0.0], [320.0, 240.0], [640.0, 0.25]] {
+                let ray = camera.ray(Vec2::from(place), Vec2::ZERO);
+                assert!(
+                    ray.is_none_or(|ray| (ray.d.length() - 1.0).abs() < 1e-5),
+                    "{keys}: {ray:?}"
+                );
+                assert!(ray.is_some() || !distortion.is_empty(), "{keys}");
+            }
+            assert!(camera.pixel_cone().spread.is_finite(), "{keys}");
+        }
+    }
+}
+
+#[test]
+fn a_fisheye_ends_where_its_model_does_whatever_its_film() {
+    let line = FisheyePolynomial::new(&[0.0, 1e-3]);
+    let sees = |distance: f64| line.direction(DVec2::new(distance, 0.0)).is_some();
+    assert!(sees(1000.0 * PI - 1e-6) && !sees(1000.0 * PI + 1e-6));
+    // The slope of r - r² is 0 at 1/2.
+    let folds = FisheyePolynomial::new(&[0.0, 1e-3, -1.0]);
+    let sees = |distance: f64| folds.direction(DVec2::new(0.0, distance)).is_some();
+    assert!(sees(5e-4 * (1.0 - 1e-9)) && !sees(5e-4 * (1.0 + 1e-9)));
+    let rises_slowly = FisheyePolynomial::new(&[-10.0, 1e-3, 0.0, 0.0, 0.0, 1e-30]);
+    let place = DVec2::new(-8000.0, 8000.0);
+    let d = rises_slowly.direction(place).expect("it is seen");
+    assert!((rises_slowly.place(d).expect("it is seen") - place).length() < 1e-6);
+}
+
+#[test]
+fn each_place_of_a_picture_that_folds_over_aslant_shows_one_direction() {
+    for coefficients in [
+        [-0.1, 0.0, 0.2, 0.0].as_slice(),
+        &[0.0, 0.0, -0.1, 0.3],
+        &[-0.2, 0.05, 0.0, 0.1, 0.0, 0.0, 0.0, 0.0, 0.2, -0.3, 0.1, 0.0],
+    ] {
+        let brown = Brown::new(coefficients);
+        let mut seen = 0;
+        for i in 0..40 {
+            let (sin, cos) = libm::sincos(f64::from(i) * 0.157);
+            for r in 0..200 {
+                let d = (DVec2::new(cos, sin) * (f64::from(r) * 0.02)).extend(1.0);
+                let Some(place) = brown.place(d) else { continue };
+                seen += 1;
+                let back = brown.direction(place).expect("it is seen");
+                assert!(
+                    (back - d).length() < 1e-6 * (1.0 + d.length()),
+                    "{coefficients:?}: {d} {back}"
+                );
+            }
+        }
+        assert!(seen > 200, "{coefficients:?}: {seen}");
+    }
+}
+
+#[test]
+fn an_inverse_takes_few_steps() {
+    let calls = std::cell::Cell::new(0);
+    let cube = |x: f64| {
+        calls.set(calls.get() + 1);
+        [x + x * x * x, 1.0 + 3.0 * x * x]
+    };
+    for i in 0..1000 {
+        let x = f64::from(i) * 0.01;
+        let found = rising::invert(cube(x)[0], 10.0, cube).expect("it rises");
+        assert!((found - x).abs() <= 1e-14);
+    }
+    assert!(calls.get() < 20 * 1000, "{}", calls.get());
 }
