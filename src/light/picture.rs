@@ -18,9 +18,11 @@ const BLOCKS: usize = 8;
 /// The most cells along a side of a block.
 const MAX_CELLS: usize = 32;
 
-/// The points of a cell along a side at which a texture is evaluated: two at least, since light leaks from a texel into its neighbours,
-/// and more for images, which take no time.
-const POINTS: [usize; 2] = [2, 8];
+/// The points of a cell along a side at which a texture is evaluated, at least: light leaks from a texel into its neighbours.
+const MIN_POINTS: usize = 2;
+
+/// The points of a cell along a side at which a texture with texels is evaluated, at most.
+const MAX_POINTS_OF_IMAGE: usize = 8;
 
 /// The variance of the picture, in squares of its mean, up to which it is nearly even.
 const MAX_VARIANCE: f64 = 0.05;
@@ -256,10 +258,12 @@ impl Picture {
         }))
     }
 
-    /// The colour at coordinates of the screen.
+    /// The colour at coordinates of the screen. Texels below 0 give no light.
     #[inline]
     fn color_at(&self, textures: &Textures<'_>, st: Vec2) -> Rgb {
-        textures.color(&self.color, &self.screen.texture_point(st))
+        textures
+            .color(&self.color, &self.screen.texture_point(st))
+            .max(Rgb::BLACK)
     }
 
     /// The factor of the lamp's radiance at a point of its surface.
@@ -301,17 +305,22 @@ impl Picture {
     /// The light of the picture.
     pub fn map(&self, textures: &Textures<'_>) -> PictureMap {
         let (texels, most) = match &self.color {
-            Color::Constant(_) => ([1.0; 2], POINTS[0]),
+            Color::Constant(_) => ([1.0; 2], MIN_POINTS),
             Color::Texture(id) | Color::Tinted(id, _) => {
                 let middle = self.screen.texture_point(Vec2::splat(0.5));
                 let texels = textures.texel(*id, &middle).to_array().map(|size| 1.0 / size);
-                (texels, POINTS[usize::from(textures.is_image(*id))])
+                let most = if textures.has_image(*id) {
+                    MAX_POINTS_OF_IMAGE
+                } else {
+                    MIN_POINTS
+                };
+                (texels, most)
             }
         };
         let size = texels.map(|n| ((n / BLOCKS as f32).ceil() as usize).clamp(1, MAX_CELLS));
         let counts = size.map(|cells| cells * BLOCKS);
         let points: [usize; 2] =
-            std::array::from_fn(|k| ((texels[k] / counts[k] as f32).ceil() as usize).clamp(POINTS[0], most));
+            std::array::from_fn(|k| ((texels[k] / counts[k] as f32).ceil() as usize).clamp(MIN_POINTS, most));
         let cell = |index: usize| {
             let (column, row) = (index % counts[0], index / counts[0]);
             let mut sums = Sums::default();
@@ -322,8 +331,7 @@ impl Picture {
                     place(row, k / points[0], 1) / (counts[1] * points[1]) as f32,
                 );
                 if self.screen.contains(st) {
-                    // Pictures may have negative texels.
-                    let light = f64::from(self.color_at(textures, st).mean()).max(0.0);
+                    let light = f64::from(self.color_at(textures, st).mean());
                     sums.light += light;
                     sums.squares += light * light;
                     sums.count += 1.0;

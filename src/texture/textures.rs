@@ -83,9 +83,10 @@ impl Textures<'_> {
         1.0 / steps.max(Vec2::ONE)
     }
 
-    /// Whether a texture shows the texels of an image.
-    pub fn is_image(&self, id: TextureId) -> bool {
-        self.textures[id.0 as usize].pattern.bitmap().is_some()
+    /// Whether a texture shows the texels of an image, its own or that of a texture that it reads.
+    pub fn has_image(&self, id: TextureId) -> bool {
+        let texture = &self.textures[id.0 as usize];
+        texture.pattern.bitmap().is_some() || texture.sources().any(|source| self.has_image(source))
     }
 
     /// The largest channel of a colour over the whole surface.

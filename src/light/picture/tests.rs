@@ -6,6 +6,7 @@ use crate::{
     texture::{
         Bitmap, BitmapId, Color, Mapping, Pattern, Texture, TextureId, Textures,
         image::{ImagePattern, TextureFilter, Wrap},
+        invert::Invert,
     },
 };
 
@@ -272,4 +273,43 @@ fn lamps_that_differ_in_their_power_alone_show_one_picture() {
     let [one, two] = [1, 2].map(|power| lamp("[0, 3, 0]", power));
     assert!(one.picture().is_some() && one.picture() == two.picture());
     assert_ne!(one.picture(), lamp("[0, 4, 0]", 1).picture());
+}
+
+#[test]
+fn texels_below_zero_give_no_light() {
+    let cut = |least: f32| {
+        Shown::new(16, TextureFilter::Nearest, move |x, y| {
+            let sign = if (x + y) % 3 == 0 { -5.0 } else { 1.0 };
+            (sign * (x as f32 + 1.0)).max(least)
+        })
+    };
+    let text = format!("rect = {{ {SQUARE}, radiance = 2, texture = 'texture.t' }}");
+    let [negative, black] = [-100.0, 0.0].map(cut);
+    let [(lamp, map), (alike, map_of_black)] = [&negative, &black].map(|shown| shown.light(&text));
+    for i in 0..500 {
+        let from = Vec3::new(number(i) - 0.5, number(i + 1000), number(i + 2000) - 0.5);
+        let u = Vec2::new(number(i + 3000), number(i + 4000));
+        let found = lamp.sample(&negative.tables(&map), from, u);
+        assert!(found.is_none_or(|found| found.li.g >= 0.0), "{found:?}");
+        assert_eq!(found, alike.sample(&black.tables(&map_of_black), from, u));
+    }
+}
+
+#[test]
+fn a_picture_made_of_an_image_has_the_light_of_the_image() {
+    // Spots of one texel in cells of many.
+    let mut shown = Shown::new(512, TextureFilter::Nearest, |x, y| {
+        f32::from(u8::from((x + 7 * y) % 61 == 0))
+    });
+    let text = format!("rect = {{ {SQUARE}, radiance = 2, texture = 'texture.t' }}");
+    let (_, map) = shown.light(&text);
+    let image = shown.textures[0];
+    let invert = |id| Pattern::Invert(Invert(Color::Texture(TextureId(id))));
+    shown.textures = vec![
+        Texture::new(Mapping::Uv, invert(1)),
+        Texture::new(Mapping::Uv, invert(2)),
+        image,
+    ];
+    let (_, twice_inverted) = shown.light(&text);
+    assert_eq!(map.mean, twice_inverted.mean);
 }
