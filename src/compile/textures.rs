@@ -73,8 +73,8 @@ pub(super) fn compile(entry: &TextureEntry, find: &FindSources<'_>, origin: DVec
     let warp = entry.warp.as_ref().map(|warp| warp.compile(find)).transpose();
     let warp = warp.map_err(&mut keep).ok();
     let mapping = entry.mapping.compile(origin).map_err(&mut keep).ok();
-    if let (Some(pattern), Some(key)) = (&pattern, entry.placed_by.first())
-        && !pattern.has_coordinates()
+    if let Some(key) = entry.placed_by.first()
+        && !entry.pattern.has_coordinates()
     {
         let (key, kind, span) = (key.get_ref(), entry.pattern.name(), key.span());
         let problem = Problem::at(
@@ -175,14 +175,22 @@ impl<'a> TextureNames<'a> {
 
     /// The colour of a source that holds directions along the tangents of a surface.
     pub fn directions(&self, source: &Spanned<ColorSource>) -> Result<Color, Problem> {
-        if let ColorSource::Texture(name) | ColorSource::Tinted { texture: name, .. } = source.get_ref()
-            && let (_, entry) = self.entry(name, source.span())?
-            && entry.mapping.has_sides()
-        {
-            let message =
-                format!("`{name}` is mapped from three sides, and directions have tangents of their own on each");
-            let help = "map it by `uv` or `planar`, or give the material a `bump` of heights";
-            return Err(Problem::at(source.span(), message).with_help(help));
+        if let ColorSource::Texture(name) | ColorSource::Tinted { texture: name, .. } = source.get_ref() {
+            let (_, entry) = self.entry(name, source.span())?;
+            let (flaw, help) = if !entry.pattern.has_coordinates() {
+                (
+                    "is made of other textures, and directions have tangents of their own in each",
+                    "name a texture with coordinates of its own, or give the material a `bump` of heights",
+                )
+            } else if entry.mapping.has_sides() {
+                (
+                    "is mapped from three sides, and directions have tangents of their own on each",
+                    "map it by `uv` or `planar`, or give the material a `bump` of heights",
+                )
+            } else {
+                return self.color(source);
+            };
+            return Err(Problem::at(source.span(), format!("`{name}` {flaw}")).with_help(help));
         }
         self.color(source)
     }

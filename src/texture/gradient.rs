@@ -133,8 +133,8 @@ impl GradientWrap {
 const NARROW: f64 = 1.0 / (1_u64 << 26) as f64;
 
 /// The mean of the part of an interval around `x` that is clamped to 0 and 1.
-pub(super) fn clamped_mean(x: f32, width: f32) -> f32 {
-    GradientWrap::Clamp.mean(f64::from(x), f64::from(width)) as f32
+pub(super) fn clamped_mean(x: f64, width: f64) -> f64 {
+    GradientWrap::Clamp.mean(x, width)
 }
 
 impl GradientPattern {

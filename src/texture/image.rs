@@ -356,7 +356,8 @@ impl PatternKind for ImagePattern {
         let texels = high - low + 2.0;
         let count = texels.x * texels.y;
         let is_near = low.abs().max_element() < MAX_TEXEL && high.abs().max_element() < MAX_TEXEL;
-        if !is_near || count > MAX_BOUNDED_TEXELS {
+        // The count may be no number.
+        if !(is_near && count <= MAX_BOUNDED_TEXELS) {
             return bitmap.max_value();
         }
         let run = |axis: usize, n: u32| {

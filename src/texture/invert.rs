@@ -19,7 +19,7 @@ use serde::Deserialize;
 
 use super::{Color, FindSources, Lookup, PatternKind, TextureId, Textures};
 use crate::{
-    math::Rgb,
+    math::{Rgb, Vec2},
     value::{ColorSource, Problem, Spanned},
 };
 
@@ -52,8 +52,8 @@ impl PatternKind for Invert {
         Rgb::WHITE
     }
 
-    fn has_coordinates(&self) -> bool {
-        false
+    fn steps(&self, _textures: &Textures<'_>) -> Vec2 {
+        Vec2::ZERO
     }
 
     fn sources(&self) -> [Option<TextureId>; 3] {

@@ -21,7 +21,7 @@ use serde::Deserialize;
 
 use super::{Color, FindSources, Lookup, PatternKind, Scalar, TextureId, Textures, source::finite};
 use crate::{
-    math::Rgb,
+    math::{Rgb, Vec2},
     value::{ColorSource, Problem, ScalarSource, Spanned},
 };
 
@@ -73,8 +73,8 @@ impl PatternKind for MixPattern {
         a.max(b)
     }
 
-    fn has_coordinates(&self) -> bool {
-        false
+    fn steps(&self, _textures: &Textures<'_>) -> Vec2 {
+        Vec2::ZERO
     }
 
     fn sources(&self) -> [Option<TextureId>; 3] {

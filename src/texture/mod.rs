@@ -109,17 +109,13 @@ pub trait PatternKind {
         [None; 3]
     }
 
-    /// Whether it reads the coordinates of a point. A pattern that is made of other textures leaves them to these.
-    fn has_coordinates(&self) -> bool {
-        true
-    }
-
     /// The lengths after which the pattern repeats along s and t; 0 where it never does.
     fn periods(&self) -> DVec2 {
         DVec2::ZERO
     }
 
-    /// The number of steps per unit of the coordinates that tell neighbouring values apart: texels, if there are any.
+    /// The number of steps per unit of the coordinates that tell neighbouring values apart: texels, if there are any; 0 for a pattern
+    /// that reads no coordinates.
     fn steps(&self, _textures: &Textures<'_>) -> Vec2 {
         Vec2::splat(PATTERN_STEPS)
     }
@@ -188,12 +184,18 @@ kinds! {
     fn is_band_limited(&self) -> bool;
     /// See [`PatternKind::sources`].
     fn sources(&self) -> [Option<TextureId>; 3];
-    /// See [`PatternKind::has_coordinates`].
-    fn has_coordinates(&self) -> bool;
     /// See [`PatternKind::periods`].
     fn periods(&self) -> DVec2;
     /// See [`PatternKind::steps`].
     fn steps(&self, textures: &Textures<'_>) -> Vec2;
+}
+
+impl PatternDesc {
+    /// Whether it reads the coordinates of a point. A pattern that is made of other textures leaves them to these.
+    pub fn has_coordinates(&self) -> bool {
+        use PatternDesc::{Invert, Mix, Multiply, Ramp, Remap};
+        !matches!(self, Mix(_) | Multiply(_) | Ramp(_) | Invert(_) | Remap(_))
+    }
 }
 
 /// A mapping, where the pattern lies, and the pattern.
@@ -401,11 +403,9 @@ impl Texture {
     /// The steps of its pattern per unit of u and of v.
     pub(super) fn steps_per_uv(&self, textures: &Textures<'_>, at: &TexturePoint) -> Vec2 {
         let of_source = |id: TextureId| textures.textures[id.0 as usize].steps_per_uv(textures, at);
-        let of_sources = self.sources().map(of_source).fold(Vec2::ZERO, Vec2::max);
-        if !self.pattern.has_coordinates() {
-            return of_sources;
-        }
-        of_sources.max(self.own_steps_per_uv(textures, at))
+        self.sources()
+            .map(of_source)
+            .fold(self.own_steps_per_uv(textures, at), Vec2::max)
     }
 
     fn own_steps_per_uv(&self, textures: &Textures<'_>, at: &TexturePoint) -> Vec2 {

@@ -23,7 +23,7 @@ use serde::Deserialize;
 
 use super::{Color, FindSources, Lookup, PatternKind, TextureId, Textures, source::finite};
 use crate::{
-    math::Rgb,
+    math::{Rgb, Vec2},
     value::{ColorSource, Problem, Spanned},
 };
 
@@ -59,8 +59,8 @@ impl PatternKind for Multiply {
         a * b
     }
 
-    fn has_coordinates(&self) -> bool {
-        false
+    fn steps(&self, _textures: &Textures<'_>) -> Vec2 {
+        Vec2::ZERO
     }
 
     fn sources(&self) -> [Option<TextureId>; 3] {

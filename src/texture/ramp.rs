@@ -44,7 +44,7 @@ use serde::Deserialize;
 
 use super::{FindSources, Lookup, PatternKind, Scalar, TextureId, Textures, lookup::EVEN_WIDTH, source::finite};
 use crate::{
-    math::Rgb,
+    math::{Rgb, Vec2},
     value::{Finite, Problem, RgbFactor, ScalarSource, Spanned},
 };
 
@@ -130,14 +130,9 @@ impl ColorRamp {
 
     /// The colour between two stops.
     fn between(&self, a: &Stop, b: &Stop, value: f32) -> Rgb {
-        // Half of each number, where the whole difference is none.
-        let span = b.at - a.at;
-        let part = if span.is_finite() {
-            (value - a.at) / span
-        } else {
-            (0.5 * value - 0.5 * a.at) / (0.5 * b.at - 0.5 * a.at)
-        };
-        let part = part.clamp(0.0, 1.0);
+        // Differences may be more than single precision holds.
+        let [value, from, to] = [value, a.at, b.at].map(f64::from);
+        let part = ((value - from) / (to - from)).clamp(0.0, 1.0) as f32;
         let part = match self.interpolation {
             Interpolation::Linear => part,
             Interpolation::Constant => 0.0,
@@ -205,8 +200,8 @@ impl PatternKind for ColorRamp {
         self.stops().iter().fold(Rgb::BLACK, |most, stop| most.max(stop.color))
     }
 
-    fn has_coordinates(&self) -> bool {
-        false
+    fn steps(&self, _textures: &Textures<'_>) -> Vec2 {
+        Vec2::ZERO
     }
 
     fn sources(&self) -> [Option<TextureId>; 3] {

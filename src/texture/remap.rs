@@ -24,7 +24,7 @@ use serde::Deserialize;
 
 use super::{Color, FindSources, Lookup, PatternKind, TextureId, Textures, lookup::EVEN_WIDTH, source::finite};
 use crate::{
-    math::Rgb,
+    math::{Rgb, Vec2},
     value::{ColorSource, Finite, List, NonNegative, Problem, Spanned},
 };
 
@@ -79,12 +79,23 @@ pub struct Remap {
 
 impl Remap {
     /// The place of an input between the ends of `from`.
-    fn part(&self, number: f32) -> f32 {
-        (number - self.from[0]) / (self.from[1] - self.from[0])
+    fn part(&self, number: f32) -> f64 {
+        (f64::from(number) - f64::from(self.from[0])) / self.length()
+    }
+
+    /// The difference of the ends of `from`, which may be more than single precision holds.
+    fn length(&self) -> f64 {
+        f64::from(self.from[1]) - f64::from(self.from[0])
+    }
+
+    /// The number that a place becomes.
+    fn at(&self, part: f64) -> f32 {
+        let [low, high] = self.to.map(f64::from);
+        (low + (high - low) * part) as f32
     }
 
     /// The mean of the places over an interval of this width around one.
-    fn mean_part(&self, middle: f32, width: f32) -> f32 {
+    fn mean_part(&self, middle: f64, width: f64) -> f64 {
         match self.beyond {
             Beyond::Line => middle,
             Beyond::Clamp => super::gradient::clamped_mean(middle, width),
@@ -93,9 +104,8 @@ impl Remap {
 
     /// The mean of the numbers that inputs around these become, with this standard deviation.
     fn seen(&self, (input, spread): (Rgb, f32)) -> Rgb {
-        let width = EVEN_WIDTH * spread / (self.from[1] - self.from[0]).abs();
-        let [low, high] = self.to;
-        let value = |number: f32| low + (high - low) * self.mean_part(self.part(number), width);
+        let width = f64::from(EVEN_WIDTH) * f64::from(spread) / self.length().abs();
+        let value = |number: f32| self.at(self.mean_part(self.part(number), width));
         finite(input.map(value).max(Rgb::BLACK))
     }
 }
@@ -107,9 +117,8 @@ impl PatternKind for Remap {
 
     fn moments(&self, lookup: &Lookup<'_>) -> (Rgb, f32) {
         let input = lookup.moments(&self.input);
-        let slope = (self.to[1] - self.to[0]) / (self.from[1] - self.from[0]);
         let most = (self.to[1] - self.to[0]).abs();
-        let spread = input.1 * slope.abs();
+        let spread = (f64::from(input.1) * f64::from(most) / self.length().abs()) as f32;
         let spread = match self.beyond {
             Beyond::Line => spread,
             Beyond::Clamp => spread.min(0.5 * most),
@@ -119,19 +128,18 @@ impl PatternKind for Remap {
 
     fn max_value(&self, textures: &Textures<'_>) -> Rgb {
         let most = textures.max_numbers(&self.input);
-        let [low, high] = self.to;
         match self.beyond {
-            Beyond::Clamp => Rgb::gray(low.max(high)),
+            Beyond::Clamp => Rgb::gray(self.to[0].max(self.to[1])),
             Beyond::Line => {
                 // The input is at least 0.
-                let value = |number: f32| low + (high - low) * self.part(number);
+                let value = |number: f32| self.at(self.part(number));
                 most.map(value).max(Rgb::gray(value(0.0)))
             }
         }
     }
 
-    fn has_coordinates(&self) -> bool {
-        false
+    fn steps(&self, _textures: &Textures<'_>) -> Vec2 {
+        Vec2::ZERO
     }
 
     fn sources(&self) -> [Option<TextureId>; 3] {

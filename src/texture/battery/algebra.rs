@@ -139,6 +139,25 @@ fn a_range_is_remapped_in_a_straight_line() {
 }
 
 #[test]
+fn ranges_wider_than_single_precision_have_a_middle() {
+    const MOST: f32 = 3.4e38;
+    let middle = |beyond| {
+        Pattern::Remap(Remap {
+            input: Color::Constant(Rgb::BLACK),
+            from: [-MOST, MOST],
+            to: [1.0, 2.0],
+            beyond,
+        })
+    };
+    for beyond in [Beyond::Clamp, Beyond::Line] {
+        assert_is(middle(beyond), |_, _| Rgb::gray(1.5));
+    }
+    let stops = [(-MOST, Rgb::BLACK), (MOST, Rgb::gray(3.0))];
+    let made = ramp(Scalar::Constant(0.0), Interpolation::Linear, &stops);
+    assert_is(made, |_, _| Rgb::gray(1.5));
+}
+
+#[test]
 fn a_ramp_goes_through_its_stops() {
     let [a, b] = [Rgb::new(0.1, 0.4, 0.9), Rgb::new(0.9, 0.2, 0.0)];
     let stops = [(0.25, a), (0.75, b)];

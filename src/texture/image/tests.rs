@@ -261,3 +261,15 @@ fn no_value_within_a_rectangle_is_above_its_bound() {
     let of_one_texel = bound(&p, &quarter(), [Vec2::splat(0.01), Vec2::splat(0.02)]);
     assert_eq!(of_one_texel, Rgb::gray(2.0));
 }
+
+#[test]
+fn where_a_corner_is_no_number_the_bound_is_that_of_the_whole() {
+    let bitmaps = random(7, 5);
+    let p = pattern(TextureFilter::Linear, Wrap::Clamp);
+    for k in 0..4 {
+        let mut numbers = [0.1, 0.1, 0.2, 0.2];
+        numbers[k] = f32::NAN;
+        let corners = [Vec2::from_slice(&numbers[..2]), Vec2::from_slice(&numbers[2..])];
+        assert_eq!(bound(&p, &bitmaps, corners), bitmaps[0].max_value());
+    }
+}
