@@ -103,7 +103,7 @@ impl<'a> Array<'a> {
         }
     }
 
-    /// Reads a member of an archive with an array of this program; `None` for others.
+    /// Reads a member of an archive with an array of this program, which has at least one byte; `None` for others.
     pub fn parse(name: &str, member: Vec<u8>) -> Option<Array<'static>> {
         let rest = member.strip_prefix(MAGIC)?;
         let (length, rest) = rest.split_first_chunk()?;
@@ -115,7 +115,8 @@ impl<'a> Array<'a> {
         let shape: Vec<usize> = numbers.map(|n| n.parse().ok()).collect::<Option<_>>()?;
         let element = Element::parse(code)?;
         let size = shape.iter().try_fold(element.size(), |size, n| size.checked_mul(*n))?;
-        (size == data.len()).then(|| Array {
+        // Another dimension of an empty array may be of any size.
+        (size > 0 && size == data.len()).then(|| Array {
             name: name.strip_suffix(ENDING).unwrap_or(name).to_owned(),
             element,
             shape,
@@ -159,5 +160,28 @@ mod tests {
         let text = String::from_utf8_lossy(&head[10..]).replace("(2, 2)", "(9999999999999999999, 9)");
         let huge = [&head[..10], text.as_bytes()].concat();
         assert_eq!(Array::parse("a", huge), None);
+    }
+
+    #[test]
+    fn an_array_without_elements_or_with_elements_of_no_size_is_none() {
+        let array = Array::new("a", Element::F32, vec![2, 1], &[0.0; 2][..]);
+        let Member { head, .. } = array.into_member();
+        let shaped = |code: &str, shape: &str, bytes: &[u8]| {
+            let text = String::from_utf8_lossy(&head[10..])
+                .replace("<f4", code)
+                .replace("2, 1", shape);
+            let length = u16::try_from(text.len()).unwrap();
+            [MAGIC, &length.to_le_bytes(), text.as_bytes(), bytes].concat()
+        };
+        assert!(Array::parse("a", shaped("<f4", "2, 1", &[0; 8])).is_some());
+        for (code, shape) in [
+            ("<f4", "0"),
+            ("<f4", "2, 1, 0"),
+            ("<f4", "0, 4294967296, 4294967296, 4294967296"),
+            ("|S0", "2, 1"),
+            ("|S0", ""),
+        ] {
+            assert_eq!(Array::parse("a", shaped(code, shape, &[])), None, "{code} ({shape})");
+        }
     }
 }

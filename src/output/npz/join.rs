@@ -79,7 +79,7 @@ fn read(crop: &CropFile, own: &[Attribute]) -> Result<Crop, JoinError> {
     for i in 0..archive.members.len() {
         let bytes = archive.read(i).map_err(|error| unreadable(&error))?;
         let array = Array::parse(&archive.members[i].name, bytes);
-        arrays.push(array.ok_or_else(|| unreadable(&"it has an array of another program"))?);
+        arrays.push(array.ok_or_else(|| unreadable(&"it has an array that is empty or of another program"))?);
     }
     let changed = || unreadable(&"it has changed");
     if arrays.is_empty() {

@@ -212,3 +212,30 @@ fn crops_become_the_bytes_of_the_whole_picture() {
         assert!(sealed(Npz.join(&crops, &own).unwrap()) == whole);
     }
 }
+
+#[test]
+fn crops_with_an_array_without_bytes_are_refused() {
+    let home = tempfile::tempdir().unwrap();
+    let window = Window::full([8, 6]);
+    let own = arrays(&bytes(&film(&["depth"], window), Shown::All, Encoding::default()));
+    for (element, shape) in [
+        (Element::F32, vec![6, 8, 0]),
+        (Element::F32, vec![6, 8, 0, usize::MAX, usize::MAX]),
+        (Element::U32, vec![0]),
+        (Element::Text(0), vec![6, 8]),
+        (Element::Text(0), vec![6, 8, usize::MAX, usize::MAX]),
+    ] {
+        let empty = Array {
+            name: "depth".to_owned(),
+            element,
+            shape: shape.clone(),
+            bytes: (&[][..]).into(),
+        };
+        let mut file = Vec::new();
+        write(vec![own[0].clone(), empty], NpzCompression::None, &mut file).unwrap();
+        let path = put(home.path(), "f.npz", &file);
+        assert!(Npz.facts(&path).is_some());
+        let refused = Npz.join(&[CropFile { path, window }], &[]).unwrap_err().to_string();
+        assert!(refused.contains("an array that is empty"), "{shape:?}: {refused}");
+    }
+}
