@@ -45,7 +45,17 @@ pub(super) fn attributes(frame: &FrameImage) -> Vec<Attribute> {
     }
     for given in &metadata.attributes {
         match list.iter_mut().find(|a| a.name == given.name) {
-            Some(own) if own.name == "comments" => own.value = format!("{}\n{DISPLAY_VALUES}", given.value).into(),
+            Some(own) if own.name == "comments" => {
+                let given = given.value.to_string();
+                // The attributes of a file that the renderer wrote have it already.
+                let is_said = given.lines().any(|line| line == DISPLAY_VALUES);
+                own.value = if is_said {
+                    given
+                } else {
+                    format!("{given}\n{DISPLAY_VALUES}")
+                }
+                .into();
+            }
             Some(own) => own.value = given.value.clone(),
             None => list.push(given.clone()),
         }
