@@ -142,6 +142,16 @@ pub trait Format: Debug + Sync {
     /// Writes `image` to `out`. The same image and encoding give the same bytes.
     fn encode(&self, image: &FrameImage, encoding: Encoding, out: &mut dyn Write) -> Result<WriteReport, EncodeError>;
 
+    /// The most columns and rows of a file.
+    fn largest_side(&self) -> u32 {
+        u32::MAX
+    }
+
+    /// Whether crops can be joined, because the numbers in files come back as they were.
+    fn can_join(&self) -> bool {
+        true
+    }
+
     /// Whether files of this encoding do not keep the numbers of passes of data.
     fn loses_data(&self, encoding: Encoding) -> bool {
         let _ = encoding;

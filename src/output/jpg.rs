@@ -43,10 +43,18 @@ impl Format for Jpg {
         Contents::Picture
     }
 
+    fn largest_side(&self) -> u32 {
+        u16::MAX.into()
+    }
+
+    fn can_join(&self) -> bool {
+        false
+    }
+
     fn encode(&self, frame: &FrameImage, _: Encoding, out: &mut dyn Write) -> Result<WriteReport, EncodeError> {
         let window = frame.film.window;
         let (width, height) = (window.width(), window.height());
-        let [Ok(columns), Ok(rows)] = [width, height].map(u16::try_from) else {
+        let [Ok(columns), Ok(rows)] = [width, height].map(|side| u16::try_from(side)) else {
             return Err(EncodeError::Unfit(format!(
                 "a JPEG picture of {width} x {height} pixels"
             )));

@@ -46,9 +46,10 @@ pub use sequence::{FilePattern, FilePatternError};
 /// Every format.
 pub const FORMATS: &[&dyn Format] = &[&exr::Exr, &jpg::Jpg, &npz::Npz, &png::Png];
 
-/// The endings of all formats, for messages: `.exr, .npz or .png`.
-pub fn endings() -> String {
-    let endings = FORMATS.iter().map(|format| format!(".{}", format.name()));
+/// The endings of the formats whose crops can be joined, for messages: `.exr, .npz or .png`.
+pub fn joined_endings() -> String {
+    let formats = FORMATS.iter().filter(|format| format.can_join());
+    let endings = formats.map(|format| format!(".{}", format.name()));
     let [others @ .., last] = &endings.collect::<Vec<_>>()[..] else {
         return String::new();
     };

@@ -153,7 +153,7 @@ fn crops_that_do_not_make_the_frame_are_refused_by_name() {
         (
             2,
             &["m.tif", "crop0.exr"],
-            "the name of the merged file ends in .exr, .jpg, .npz or .png: m.tif",
+            "the name of the merged file ends in .exr, .npz or .png: m.tif",
         ),
         (
             2,

@@ -19,7 +19,7 @@ pub fn merge(out: &Path, inputs: &[PathBuf]) -> Result<(), Error> {
     let format = output::format(extension).ok_or_else(|| {
         let message = format!(
             "the name of the merged file ends in {}: {}",
-            output::endings(),
+            output::joined_endings(),
             out.display()
         );
         Error::Usage(message)
