@@ -90,6 +90,8 @@ pub enum Error {
     },
     #[error("the server has failed: {cause}")]
     Serve { cause: std::io::Error },
+    #[error("cannot read standard input: {0}")]
+    Stdin(std::io::Error),
     #[error("cannot write to standard output: {0}")]
     Stdout(std::io::Error),
     /// Another job is writing a file of this one.
@@ -229,7 +231,7 @@ impl Error {
             | Self::Memory { .. } => Blame::Data,
             Self::Output(error) if error.ends_the_job() => Blame::Io,
             Self::Exists { .. } | Self::Output(OutputError::Create { .. }) => Blame::CannotCreate,
-            Self::Output(_) | Self::Stdout(_) => Blame::Io,
+            Self::Output(_) | Self::Stdin(_) | Self::Stdout(_) => Blame::Io,
             Self::Threads { .. } | Self::Listen { .. } | Self::Serve { .. } => Blame::System,
             Self::Busy(_) => Blame::Busy,
             Self::Cancelled(_) => Blame::Cancelled,

@@ -31,12 +31,17 @@ pub use plan::{
     part::{JobPart, PartBase, PartOrder, PartSpec},
     picture::PicturePlan,
     range::{self, FrameRange},
-    request::{Policy, Request},
+    request::{Policy, Request, TakenFrames},
     rig::CameraRig,
     turntable::{Turn, Turntable},
     views::{ViewSet, Views},
 };
-pub use products::{denoise, finished::with_finished, merge::merge, metadata};
+pub use products::{
+    denoise,
+    finished::{shows_finished, with_finished},
+    merge::merge,
+    metadata,
+};
 pub use resume::{
     failure::{FrameError, FrameFailure, OnFailure},
     fingerprint::{Fingerprint, InputHash},

@@ -36,7 +36,7 @@ use crate::{
     error::Error,
     film::Film,
     math::{DAabb, DVec3},
-    output::{self, Attribute, Coverage, Encoding, FilePattern, Format, FrameMetadata},
+    output::{self, Attribute, Coverage, Encoding, FilePattern, Format, FrameMetadata, LightType},
     render::{self, Content, Control, FrameScenes, Renderer},
     scene::Background,
     value::Exposure,
@@ -179,7 +179,7 @@ impl Plan {
             Some(part) => (part.choose(frames.clone()), Some(frames)),
             None => (frames, None),
         };
-        if let (Some(whole), Some(options)) = (&whole, &request.denoise) {
+        if let (Some(whole), Some(options)) = (&whole, request.denoising()) {
             let reach = i32::try_from(options.temporal).unwrap_or(i32::MAX);
             let is_near = |number: i32, reach: i32| {
                 let next = frames.partition_point(|frame| frame.number < number.saturating_sub(reach));
@@ -303,14 +303,26 @@ impl FilePlan {
     fn new(desc: &SceneDesc, request: &Request, picture: &PicturePlan, patterns: &Patterns) -> Result<Self, Error> {
         let Patterns { rendered, denoised, .. } = patterns;
         let formats = patterns.formats();
+        let [width, height] = [picture.settings.window.width(), picture.settings.window.height()];
+        let mut all = patterns.all().map(FilePattern::format).chain(formats.iter().copied());
+        if let Some(format) = all.find(|format| width.max(height) > format.largest_side()) {
+            let (name, most) = (format.name(), format.largest_side());
+            let message = format!("a {name} file has at most {most} columns and rows, not {width}x{height}");
+            return Err(Error::Usage(message));
+        }
+        let mut encoding = encoding::of(&desc.output, request.png_depth_unit, &picture.settings.passes, &formats)?;
+        if patterns.has_arrays() && request.denoise.is_some() {
+            // The arrays are made of the rendered EXR files.
+            encoding.light = LightType::Float;
+        }
         Ok(Self {
-            encoding: encoding::of(&desc.output, request.png_depth_unit, &picture.settings.passes, &formats)?,
+            encoding,
             picture: patterns.picture().cloned(),
             sidecars: request.metadata.clone(),
             has_arrays: patterns.has_arrays(),
             has_png_ids: request.png_ids.is_some(),
             files_of_caller: request.files_of_caller.clone(),
-            denoise: request.denoise.clone().map(|options| DenoisePlan {
+            denoise: request.denoising().map(|options| DenoisePlan {
                 options,
                 steps: request.denoise_steps,
                 noisy: rendered[0].clone(),

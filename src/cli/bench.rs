@@ -44,6 +44,7 @@ fn check(args: &BenchArgs, job: &Job) -> Result<(), Error> {
 
 /// Measures and reports.
 pub fn run(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
+    args.settings.refuse_stream()?;
     if args.picture {
         picture(args, simd)
     } else if args.settings.overrides.paths().next().is_none() {

@@ -7,7 +7,7 @@ use batch_render::{
     error::{Blame, Error},
 };
 
-use super::replay::Replay;
+use super::{preview::is_animated, replay::Replay};
 
 /// Some frames are not on disk.
 #[derive(Debug)]
@@ -112,7 +112,12 @@ fn advice_for(typed: Replay, frame: i32) -> String {
         let replay = typed.without(&["overwrite", "fail-existing"]);
         return format!("to go on: {}", replay.with_flag("skip-existing").shell_line());
     }
-    let replay = typed.without(&["part", "part-base", "preview"]);
+    // A film of this frame alone would replace that of all.
+    let alone = typed.clone().retain("output", |path| !is_animated(path));
+    if typed.has("output") && !alone.has("output") {
+        return format!("to repeat the job: {}", typed.shell_line());
+    }
+    let replay = alone.without(&["part", "part-base", "preview"]);
     let command = replay.with("range", frame.to_string()).shell_line();
     format!("to repeat it alone: {command}")
 }
@@ -133,6 +138,25 @@ mod tests {
         let mut flags = words[2..].to_vec();
         flags.sort();
         assert_eq!(flags, ["--frames=p.csv", "--range=-5", "--samples=4", "--verbose"]);
+    }
+
+    #[test]
+    fn the_command_of_a_frame_makes_no_film_of_it() {
+        let advice = |typed: &str| {
+            let replay = Replay::parse(typed.split(' ').map(Into::into)).expect("the command line is right");
+            advice_for(replay, 2)
+        };
+        let found = advice("b s.toml -o film.gif -o f.#.png -o film.apng --samples 4");
+        let words = shlex::split(&found).expect("a command line");
+        assert!(found.starts_with("to repeat it alone: "), "{found}");
+        assert!(
+            words.contains(&"--output=f.#.png".to_owned()) && !found.contains("film"),
+            "{found}"
+        );
+        assert_eq!(
+            advice("b s.toml -o film.gif"),
+            "to repeat the job: b s.toml --output=film.gif"
+        );
     }
 
     #[test]

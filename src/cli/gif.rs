@@ -15,6 +15,9 @@ const CLEAR: u16 = 256;
 const END: u16 = 257;
 const MOST_CODES: usize = 4096;
 
+/// The most columns and rows.
+pub const MAX_SIDE: u32 = 0xffff;
+
 /// The colours of a film, and that of each cell of the cube of colours.
 pub struct Palette {
     colors: Vec<[u8; 3]>,
@@ -145,16 +148,18 @@ impl Palette {
     }
 }
 
-/// Writes a film of these frames, each of which is shown until the end that `end` tells for its index, in hundredths of a second. It
-/// plays for ever.
+/// Writes a film of these frames of at most [`MAX_SIDE`] columns and rows, each of which is shown until the end that `end` tells for its
+/// index, in hundredths of a second. It plays for ever.
 pub fn write(
     out: &mut dyn Write,
-    [width, height]: [u16; 2],
+    [width, height]: [u32; 2],
     palette: &Palette,
     end: impl Fn(usize) -> u64,
     frames: impl Iterator<Item = io::Result<Vec<u8>>>,
 ) -> io::Result<()> {
-    let size = [width.to_le_bytes(), height.to_le_bytes()].concat();
+    let size = [width, height]
+        .map(|side| (side.min(MAX_SIDE) as u16).to_le_bytes())
+        .concat();
     out.write_all(b"GIF89a")?;
     out.write_all(&size)?;
     // A table of 256 colours of 8 bits.
@@ -172,7 +177,7 @@ pub fn write(
         out.write_all(&[0x2c, 0, 0, 0, 0])?;
         out.write_all(&size)?;
         out.write_all(&[0, 8])?;
-        let packed = pack(&palette.numbers(&frame?, width.into()));
+        let packed = pack(&palette.numbers(&frame?, width as usize));
         for block in packed.chunks(255) {
             out.write_all(&[block.len() as u8])?;
             out.write_all(block)?;

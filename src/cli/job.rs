@@ -22,12 +22,13 @@ use super::{
     failures::{self, FramesFailed},
     figures::State,
     inventory, log, memory,
+    outlets::Outlets,
     preview::{Preview, PreviewSize},
     progress::{Progress, leave_stdout, say},
-    request::{animation, request, stream},
+    request::{animation, request},
     signals, simd,
     stats::{Observers, Stats, StatsFiles},
-    stream::{PipeClosed, Stream},
+    stream::{PipeClosed, Stream, refuse_terminal},
     summary,
     threads::threads,
 };
@@ -57,6 +58,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 
 /// Validates a scene and prints its inventory.
 fn check(args: &CheckArgs, simd: Isa) -> anyhow::Result<()> {
+    args.settings.refuse_stream()?;
     let request = Request {
         camera_path: args.frames.clone(),
         values: args.values.clone(),
@@ -86,19 +88,31 @@ fn check(args: &CheckArgs, simd: Isa) -> anyhow::Result<()> {
 
 fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     let path = args.scene.as_deref().expect("the scene is a required argument");
-    let request = request(args, simd)?;
+    let outlets = Outlets::new(args)?;
+    let request = request(args, &outlets, simd)?;
     let path = request.supplied.as_ref().map_or(path, |(path, _)| path);
-    let form = stream(args)?;
-    if form.is_some() {
+    if outlets.stream.is_some() {
         leave_stdout();
+        if !(args.check || args.dry_run || args.existing.list_stale) {
+            refuse_terminal()?;
+        }
     }
     let _last = log::LastWarnings(request.warnings.clone());
     let pool = threads(args.threads)?;
     let start = Instant::now();
     let job = pool.install(|| Job::open(path, &request))?;
     log_settings(&job, pool.current_num_threads());
+    let (plan, cancel) = (&job.plan, Arc::new(Cancel::default()));
+    let stream = outlets
+        .stream
+        .map(|form| Stream::new(form, plan, &cancel))
+        .transpose()?;
+    let small = args.preview.iter().map(|path| (path, PreviewSize::Small));
+    let films = outlets.films.iter().map(|path| (path, PreviewSize::Full));
+    let previews = small.chain(films).map(|(path, size)| Preview::new(path, size, &job));
+    let previews: Vec<Preview> = previews.collect::<Result<_, _>>()?;
     if args.dry_run {
-        list(&job.plan).map_err(Error::Stdout)?;
+        list(plan).map_err(Error::Stdout)?;
     }
     let scene = pool.install(|| job.load())?;
     log::warnings(&request.warnings);
@@ -118,15 +132,17 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         return Ok(());
     }
     if args.existing.list_stale {
-        let stale = pool.install(|| job.stale(&job.plan.frames))?;
-        return Ok(list_stale(&job.plan, &stale).map_err(Error::Stdout)?);
+        if plan.files.picture.is_none() {
+            let message = "--list-stale: the frames have no files: name them, too (-o f.####.png)";
+            return Err(Error::Usage(message.to_owned()).into());
+        }
+        let stale = pool.install(|| job.stale(&plan.frames))?;
+        return Ok(list_stale(plan, &stale).map_err(Error::Stdout)?);
     }
     // Figures of a refused job would be written over those that are to stay.
     job.compare_files()?;
-    let (cancel, counters) = (Arc::new(Cancel::default()), Arc::new(Counters::default()));
-    let show = Arc::new(ShowRequest::default());
+    let (counters, show) = (Arc::new(Counters::default()), Arc::new(ShowRequest::default()));
     signals::listen(Arc::clone(&cancel), Arc::clone(&show))?;
-    let plan = &job.plan;
     let kind = if quiet { ProgressKind::None } else { args.progress };
     let progress = Progress::new(kind, plan.frames.len(), plan.picture.settings.max_samples(), &counters);
     let control = Control {
@@ -141,13 +157,6 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     };
     let is_wanted = files.json.is_some() || files.page.is_some();
     let stats = is_wanted.then(|| pool.install(|| Stats::new(files, args.part, &job, (&counters, &cancel))));
-    let stream = form.map(|form| Stream::new(form, plan, &cancel)).transpose()?;
-    let small = args.preview.iter().map(|path| (path, PreviewSize::Small));
-    let films = args.settings.films.iter().map(|path| (path, PreviewSize::Full));
-    let previews: Vec<Preview> = small
-        .chain(films)
-        .map(|(path, size)| Preview::new(path, size, &job))
-        .collect::<Result<_, _>>()?;
     let format = match kind {
         ProgressKind::Json => Some(EventFormat::Json),
         ProgressKind::Openjd => Some(EventFormat::OpenJd),

@@ -22,6 +22,7 @@ mod inventory;
 mod job;
 mod log;
 mod memory;
+mod outlets;
 mod preview;
 mod progress;
 mod replay;

@@ -15,7 +15,7 @@ use std::{
 };
 
 use batch_render::{
-    batch::{Job, JobEvent, Observer, Plan, PlannedFrame, with_finished},
+    batch::{Existing, Job, JobEvent, Observer, Plan, PlannedFrame, shows_finished, with_finished},
     error::Error,
     math::srgb,
     output::{self, Contents, EncodeError, FrameImage, OutputError, atomic, job_file::FolderGate},
@@ -55,12 +55,51 @@ pub fn is_animated(path: &Path) -> bool {
 
 const GIF: &str = "gif";
 
-fn is_gif(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e.eq_ignore_ascii_case(GIF))
+/// The kinds of moving pictures.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum FilmKind {
+    Png,
+    Gif,
+    Mp4,
 }
 
-fn is_film(path: &Path) -> bool {
-    path.extension().is_some_and(|e| e == "mp4")
+impl FilmKind {
+    /// The kind that the ending of a name asks for.
+    fn of(path: &Path) -> Self {
+        match path.extension() {
+            Some(e) if e.eq_ignore_ascii_case(GIF) => Self::Gif,
+            Some(e) if e == "mp4" => Self::Mp4,
+            _ => Self::Png,
+        }
+    }
+
+    /// Refuses what cannot be written in pictures of this size.
+    fn check(self, path: &Path, [width, height]: [u32; 2]) -> Result<(), Error> {
+        let is_installed = || {
+            let quiet = Command::new(FFMPEG)
+                .arg("-version")
+                .stdout(Stdio::null())
+                .stderr(Stdio::null())
+                .status();
+            quiet.is_ok_and(|status| status.success())
+        };
+        match self {
+            Self::Gif if width.max(height) > gif::MAX_SIDE => Err(Error::Usage(format!(
+                "a GIF has at most {} columns and rows, not {width}x{height}: {}",
+                gif::MAX_SIDE,
+                path.display()
+            ))),
+            Self::Mp4 if !is_installed() => {
+                let picture = path.with_extension("png");
+                Err(Error::Usage(format!(
+                    "--preview {}: this needs {FFMPEG}, which is not installed; --preview {} needs no other program",
+                    path.display(),
+                    picture.display()
+                )))
+            }
+            _ => Ok(()),
+        }
+    }
 }
 
 /// The size of the pictures of a preview.
@@ -83,19 +122,12 @@ impl PreviewSize {
             }
         }
     }
-
-    /// The flag that asks for it.
-    fn flag(self) -> &'static str {
-        match self {
-            Self::Small => "--preview",
-            Self::Full => "-o",
-        }
-    }
 }
 
 /// Collects the frames of a job.
 pub struct Preview<'a> {
     path: &'a Path,
+    kind: FilmKind,
     size: PreviewSize,
     job: &'a Job,
     spool: Mutex<Spool>,
@@ -114,6 +146,17 @@ struct Spool {
 impl Spool {
     fn bytes(&self) -> usize {
         self.size.map_or(0, |[w, h]| 3 * w as usize * h as usize)
+    }
+
+    fn has(&self, frame: &PlannedFrame) -> bool {
+        self.places.contains_key(&frame.number)
+    }
+
+    /// Adds a picture, unless one before it could not be added.
+    fn add(&mut self, number: i32, picture: RgbImage) {
+        if self.error.is_none() {
+            self.error = self.put(number, picture).err();
+        }
     }
 
     fn put(&mut self, number: i32, picture: RgbImage) -> io::Result<()> {
@@ -139,30 +182,27 @@ impl Spool {
 }
 
 impl<'a> Preview<'a> {
-    /// Starts the preview of a job whose scene is loaded.
+    /// Starts the preview of a job.
     ///
     /// # Errors
-    /// A film is asked for and ffmpeg is not installed, or no temporary file can be made.
+    /// Such a file cannot be made, some frames could not be shown in a film, or no temporary file can be made.
     pub fn new(path: &'a Path, size: PreviewSize, job: &'a Job) -> Result<Self, Error> {
-        let is_installed = || {
-            let quiet = Command::new(FFMPEG)
-                .arg("-version")
-                .stdout(Stdio::null())
-                .stderr(Stdio::null())
-                .status();
-            quiet.is_ok_and(|status| status.success())
-        };
-        if is_film(path) && !is_installed() {
-            let picture = path.with_extension("png");
+        let (kind, plan) = (FilmKind::of(path), &job.plan);
+        let window = plan.picture.settings.window;
+        kind.check(path, [window.width(), window.height()])?;
+        let is_partial = plan.policy.existing == Existing::Skip || plan.all_frames().len() > plan.frames.len();
+        if size == PreviewSize::Full && is_partial && !shows_finished(plan) {
             return Err(Error::Usage(format!(
-                "--preview {}: this needs {FFMPEG}, which is not installed; --preview {} needs no other program",
-                path.display(),
-                picture.display()
+                "-o {}: an animated picture is made of all frames, with --skip-existing and --part also of those on disk: name \
+                 files for them that can be shown, PNG, JPEG or EXR (-o f.####.png), and with --show and --exposure auto not EXR \
+                 alone",
+                path.display()
             )));
         }
         let file = tempfile::tempfile().map_err(|source| cannot_create(source, &std::env::temp_dir()))?;
         Ok(Self {
             path,
+            kind,
             size,
             job,
             spool: Mutex::new(Spool {
@@ -174,74 +214,82 @@ impl<'a> Preview<'a> {
         })
     }
 
-    /// Writes the preview of the frames that there are.
+    /// Writes the preview of the frames that there are, or the film once it has all frames. An older file stays otherwise.
     ///
     /// # Errors
-    /// It cannot be written, or no frame has a picture.
+    /// It cannot be written, no frame of a preview has a picture, or a frame of this job is missing in a film.
     pub fn finish(self, cancel: &Cancel) -> Result<(), Error> {
         let mut spool = self.spool.into_inner().unwrap_or_else(PoisonError::into_inner);
-        let plan = &self.job.plan;
+        let (path, plan) = (self.path, &self.job.plan);
         // The last part to end finds the frames of all others.
         let _gate = plan
             .is_chunk
-            .then(|| FolderGate::close(&atomic::folder_of(self.path), Some(cancel)));
+            .then(|| FolderGate::close(&atomic::folder_of(path), Some(cancel)));
         let frames = plan.all_frames();
-        let others = frames.iter().filter(|frame| !spool.places.contains_key(&frame.number));
+        let others = frames.iter().filter(|frame| !spool.has(frame));
         let others: Vec<PlannedFrame> = others.cloned().collect();
         let stale = self.job.stale(&others)?;
         for (frame, _) in others.iter().zip(stale).filter(|(_, stale)| stale.is_none()) {
             if let Some(picture) = finished_picture(plan, frame, self.size) {
-                let put = spool.put(frame.number, picture);
-                spool.error = spool.error.take().or(put.err());
+                spool.add(frame.number, picture);
             }
-        }
-        let numbers = frames.iter().map(|frame| frame.number);
-        let numbers: Vec<i32> = numbers.filter(|number| spool.places.contains_key(number)).collect();
-        let missing = frames.len() - numbers.len();
-        let flag = self.size.flag();
-        let (name, rate) = (self.path.display(), plan.picture.fps.unwrap_or(RATE));
-        let encode = |reason: String| OutputError::Encode {
-            reason,
-            path: self.path.to_owned(),
-        };
-        let Some(size) = spool.size else {
-            return Err(encode("no frame of the preview has a picture".to_owned()).into());
-        };
-        if missing > 0 {
-            tracing::warn!(
-                "{flag}: {missing} frames are not in {name}: they are not on disk, or have no PNG file and no EXR file that can be shown"
-            );
         }
         if let Some(source) = spool.error {
             return Err(cannot_create(source, &std::env::temp_dir()));
         }
-        if is_gif(self.path) {
-            let [Ok(width), Ok(height)] = size.map(u16::try_from) else {
-                return Err(encode(format!("a GIF picture of {} x {} pixels", size[0], size[1])).into());
-            };
-            let mut colors = Histogram::new();
-            for number in &numbers {
-                let frame = spool
-                    .get(*number)
-                    .map_err(|source| cannot_create(source, &std::env::temp_dir()))?;
-                colors.add(&frame);
+        let missing = frames.iter().filter(|frame| !spool.has(frame)).count();
+        let own = plan.frames.iter().filter(|frame| !spool.has(frame)).count();
+        let (name, count) = (path.display(), frames.len());
+        match self.size {
+            PreviewSize::Full if own > 0 => {
+                let reason = format!("{own} of its {count} frames are missing, and an older file stays as it is");
+                return Err(encode(path, reason));
             }
-            let palette = colors.palette();
-            let frames = numbers.into_iter().map(|number| spool.get(number));
-            let end = |frame: usize| hundredths(frame as u64 + 1, rate);
-            atomic::write(self.path, |out| {
-                Ok(gif::write(out, [width, height], &palette, end, frames)?)
-            })?;
-            return Ok(());
+            PreviewSize::Full if missing > 0 => {
+                tracing::warn!(
+                    "-o {name}: the part that ends last writes it: {missing} of its {count} frames are not yet there"
+                );
+                return Ok(());
+            }
+            PreviewSize::Small if missing > 0 && spool.size.is_some() => tracing::warn!(
+                "--preview: {missing} frames are not in {name}: they are not on disk, or have no PNG file and no EXR file that can be shown"
+            ),
+            _ => {}
         }
-        let frames = numbers.into_iter().map(|number| spool.get(number));
-        if is_film(self.path) {
-            write_film(self.path, size, rate, frames).map_err(encode)?;
-        } else {
-            atomic::write(self.path, |out| write_picture(out, size, rate, frames))?;
+        let Some(size) = spool.size else {
+            return Err(encode(path, "no frame of the preview has a picture".to_owned()));
+        };
+        let rate = plan.picture.fps.unwrap_or(RATE);
+        let numbers = frames.iter().filter(|frame| spool.has(frame));
+        let numbers: Vec<i32> = numbers.map(|frame| frame.number).collect();
+        match self.kind {
+            FilmKind::Gif => {
+                let mut colors = Histogram::new();
+                for number in &numbers {
+                    let frame = spool.get(*number);
+                    colors.add(&frame.map_err(|source| cannot_create(source, &std::env::temp_dir()))?);
+                }
+                let palette = colors.palette();
+                let frames = numbers.into_iter().map(|number| spool.get(number));
+                let end = |frame: usize| hundredths(frame as u64 + 1, rate);
+                atomic::write(path, |out| Ok(gif::write(out, size, &palette, end, frames)?))?;
+            }
+            FilmKind::Mp4 => {
+                let frames = numbers.into_iter().map(|number| spool.get(number));
+                write_film(path, size, rate, frames).map_err(|reason| encode(path, reason))?;
+            }
+            FilmKind::Png => {
+                let frames = numbers.into_iter().map(|number| spool.get(number));
+                atomic::write(path, |out| write_picture(out, size, rate, frames))?;
+            }
         }
         Ok(())
     }
+}
+
+fn encode(path: &Path, reason: String) -> Error {
+    let path = path.to_owned();
+    Error::Output(OutputError::Encode { reason, path })
 }
 
 impl Observer for Preview<'_> {
@@ -249,8 +297,7 @@ impl Observer for Preview<'_> {
         if let JobEvent::FrameImage { frame, image } = event {
             let picture = self.size.picture(image);
             let mut spool = self.spool.lock().unwrap_or_else(PoisonError::into_inner);
-            let put = spool.put(*frame, picture);
-            spool.error = spool.error.take().or(put.err());
+            spool.add(*frame, picture);
         }
     }
 }

@@ -61,6 +61,17 @@ impl Replay {
         self
     }
 
+    /// Leaves out the values of a flag that are not to be kept.
+    pub fn retain(mut self, flag: &str, keep: impl Fn(&Path) -> bool) -> Self {
+        let start = assignment(flag, OsStr::new(""));
+        self.words.retain(|(own, word)| {
+            let value = word.as_encoded_bytes().strip_prefix(start.as_encoded_bytes());
+            let value = value.map(String::from_utf8_lossy);
+            own.as_deref() != Some(flag) || value.is_none_or(|value| keep(Path::new(&*value)))
+        });
+        self
+    }
+
     /// Replaces all values of a flag by this one.
     pub fn with(self, flag: &str, value: impl AsRef<OsStr>) -> Self {
         let mut new = self.without(&[flag]);

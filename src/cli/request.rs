@@ -14,13 +14,14 @@ use batch_render::{
 
 use super::{
     args::RenderArgs,
-    memory, standard_input,
+    memory,
+    outlets::Outlets,
+    standard_input,
     stats::{ALBUM, PAGE},
-    stream::StreamForm,
 };
 
-/// The request that the arguments make.
-pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
+/// The request that the arguments with these outlets make.
+pub fn request(args: &RenderArgs, outlets: &Outlets, simd: Isa) -> Result<Request, Error> {
     let range: Option<FrameRange> = args
         .range
         .as_deref()
@@ -36,27 +37,16 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
                        parts with --denoise-step render, and denoise them with --denoise-step denoise";
         return Err(Error::Usage(message.to_owned()));
     }
-    let stream = stream(args)?;
-    if args.existing.skip_existing && !args.settings.films.is_empty() && !args.settings.has_files() {
-        let message =
-            "--skip-existing: an animated picture is made of all frames: name files for them, too (-o f.####.png)";
-        return Err(Error::Usage(message.to_owned()));
-    }
     let existing = match (args.existing.skip_existing, args.existing.fail_existing) {
         (true, _) => Existing::Skip,
         (_, true) => Existing::Fail,
         _ => Existing::Overwrite,
     };
-    // Views in a row are no neighbours.
-    let temporal = if args.views.is_empty() { args.temporal } else { 0 };
     let sidecars: Result<Vec<Sidecar>, UnknownName> = args.metadata.iter().map(|name| name.parse()).collect();
     Ok(Request {
         overrides: args.settings.overrides.clone(),
         supplied: standard_input::read(args.scene.as_deref(), args.input_format.as_deref())?,
-        stream: match stream {
-            None => (!args.settings.films.is_empty()).then_some(None),
-            Some(form) => Some(form.format()),
-        },
+        taken: outlets.taken(),
         camera_path: args.frames.clone(),
         values: args.values.clone(),
         turntable: args.turntable,
@@ -68,7 +58,7 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         policy: Policy {
             existing,
             // A stream with a gap is another film.
-            on_failure: if args.fail_fast || stream.is_some() {
+            on_failure: if args.fail_fast || outlets.stream.is_some() {
                 OnFailure::FailFast
             } else {
                 OnFailure::KeepGoing
@@ -81,14 +71,14 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         crop: args.crop,
         denoise: args
             .denoise
-            .map(|filter| super::denoise::options(filter, temporal, args.oidn_lib.as_deref())),
+            .map(|filter| super::denoise::options(filter, args.temporal, args.oidn_lib.as_deref())),
         denoise_steps: args.denoise_step.map_or(DenoiseSteps::Both, DenoiseSteps::from),
         metadata: sidecars.map_err(|unknown| Error::Usage(format!("--metadata: {unknown}")))?,
         png_depth: args.png_depth.clone(),
         png_normals: args.png_normals.clone(),
         png_ids: args.png_ids.clone(),
         png_depth_unit: args.png_depth_unit,
-        files_of_caller: files_of_caller(args),
+        files_of_caller: files_of_caller(args, &outlets.films),
         overscan: args.overscan,
         accel: BuildOptions {
             simd,
@@ -108,23 +98,6 @@ pub fn request(args: &RenderArgs, simd: Isa) -> Result<Request, Error> {
         point_radius: args.point_radius,
         warnings: Warnings::default(),
     })
-}
-
-/// The form of the frames on standard output, if they go there.
-///
-/// # Errors
-/// It is missing or of no use, or frames could be missing in the stream.
-pub fn stream(args: &RenderArgs) -> Result<Option<StreamForm>, Error> {
-    let refuse = |message: &str| Err(Error::Usage(message.to_owned()));
-    match (args.settings.has_stream, args.output_format) {
-        (false, None) => Ok(None),
-        (false, Some(_)) => refuse("--output-format is that of standard output (-o -); files have it in their names"),
-        (true, None) => refuse("-o -: --output-format tells the form of the frames, such as png or y4m"),
-        (true, Some(_)) if args.existing.skip_existing => {
-            refuse("-o -: frames that --skip-existing skips would be missing on standard output")
-        }
-        (true, form) => Ok(form),
-    }
 }
 
 /// The views that the arguments ask for, if any.
@@ -148,16 +121,11 @@ pub(super) fn animation(names: &[String]) -> Option<AnimationChoice> {
 }
 
 /// The files that the program writes beside those of the job.
-fn files_of_caller(args: &RenderArgs) -> Vec<PathBuf> {
+fn files_of_caller(args: &RenderArgs, films: &[PathBuf]) -> Vec<PathBuf> {
     let report = args
         .report
         .iter()
         .flat_map(|folder| [PAGE, ALBUM].map(|name| folder.join(name)));
-    let files = args
-        .stats
-        .iter()
-        .chain(&args.preview)
-        .chain(&args.settings.films)
-        .cloned();
+    let files = args.stats.iter().chain(&args.preview).chain(films).cloned();
     files.chain(report).collect()
 }

@@ -1,6 +1,6 @@
 //! The flags that set keys of the scene file: one field each, whose id is the path of the key.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use batch_render::{
     describe::{Overrides, Stage, number_or_text},
@@ -137,14 +137,17 @@ pub struct Settings {
     pub overrides: Overrides,
     /// Whether frames go to standard output (`-o -`).
     pub has_stream: bool,
-    /// The animated pictures of whole sequences (`-o film.gif`).
-    pub films: Vec<PathBuf>,
+    /// The names of animated pictures of whole sequences (`-o film.gif`).
+    pub films: Vec<String>,
 }
 
 impl Settings {
-    /// Whether frames have files of their own by these flags.
-    pub fn has_files(&self) -> bool {
-        self.overrides.paths().any(|(_, path)| path.join(".") == OUTPUT_FILES)
+    /// Whether a name of `--output` is that of standard output or a film, and keeps it then.
+    fn takes(&mut self, name: &str) -> bool {
+        let is_film = is_animated(Path::new(name));
+        self.has_stream |= name == STANDARD_OUTPUT;
+        self.films.extend(is_film.then(|| name.to_owned()));
+        is_film || name == STANDARD_OUTPUT
     }
 
     /// Refuses standard output and films, for commands that have no frames.
@@ -199,16 +202,12 @@ impl FromArgMatches for Settings {
             } else if let ArgAction::SetTrue = arg.get_action() {
                 self.overrides.set(&flag, key, true);
             } else if let ArgAction::Append = arg.get_action() {
-                let texts = matches.get_many::<String>(key).into_iter().flatten();
-                let is_file = |text: &&String| key != OUTPUT_FILES || *text != STANDARD_OUTPUT;
-                let (texts, streams): (Vec<&String>, Vec<&String>) = texts.partition(is_file);
-                self.has_stream |= !streams.is_empty();
-                let is_film = |text: &&String| key == OUTPUT_FILES && is_animated(Path::new(text));
-                let (films, texts): (Vec<&String>, Vec<&String>) = texts.into_iter().partition(is_film);
-                self.films.extend(films.into_iter().map(PathBuf::from));
+                let mut texts: Vec<String> = matches.get_many(key).into_iter().flatten().cloned().collect();
+                if key == OUTPUT_FILES {
+                    texts.retain(|text| !self.takes(text));
+                }
                 if !texts.is_empty() {
-                    self.overrides
-                        .set(&flag, key, texts.into_iter().cloned().collect::<Vec<_>>());
+                    self.overrides.set(&flag, key, texts);
                 }
             } else if let Some(text) = matches.get_one::<String>(key) {
                 self.overrides.set(&flag, key, number_or_text(text));

@@ -39,7 +39,7 @@ pub fn read(scene: Option<&Path>, format: Option<&str>) -> Result<Option<Supplie
         (true, Some(format)) => {
             let mut bytes = Vec::new();
             let read = io::stdin().lock().read_to_end(&mut bytes);
-            read.map_err(|error| Error::Usage(format!("cannot read standard input: {error}")))?;
+            read.map_err(Error::Stdin)?;
             Ok(Some((path(format), bytes.into())))
         }
         (true, None) => Err(Error::Usage(

@@ -64,6 +64,15 @@ impl fmt::Display for PipeClosed {
 
 impl std::error::Error for PipeClosed {}
 
+/// Refuses to write pictures to a terminal.
+pub fn refuse_terminal() -> Result<(), Error> {
+    let message = "-o -: standard output is a terminal: write to a pipe or a file (`| program`, `> file`)";
+    match io::stdout().is_terminal() {
+        true => Err(Error::Usage(message.to_owned())),
+        false => Ok(()),
+    }
+}
+
 /// Writes the frames of a job to standard output as they are finished. An error cancels the job.
 pub struct Stream<'a> {
     form: StreamForm,
@@ -83,18 +92,14 @@ impl<'a> Stream<'a> {
     /// The stream of a job that `cancel` stops.
     ///
     /// # Errors
-    /// Standard output is a terminal, or the form holds no sequence.
+    /// The form holds no sequence.
     pub fn new(form: StreamForm, plan: &'a Plan, cancel: &'a Cancel) -> Result<Self, Error> {
-        let refuse = |message: &str| Err(Error::Usage(format!("-o -: {message}")));
-        if io::stdout().is_terminal() {
-            return refuse("standard output is a terminal: write to a pipe or a file (`| program`, `> file`)");
-        }
         let holds_one = form.format().is_some_and(|format| format.contents() == Contents::Data);
         if holds_one && plan.frames.len() > 1 {
             let count = plan.frames.len();
-            return refuse(&format!(
-                "{count} frames make a stream of y4m or png; files of data hold one"
-            ));
+            return Err(Error::Usage(format!(
+                "-o -: {count} frames make a stream of y4m or png; files of data hold one"
+            )));
         }
         Ok(Self {
             form,

@@ -26,6 +26,7 @@ use batch_render::{
 use super::{
     args::{Engine, SubmitArgs},
     create::cannot_create,
+    outlets::Outlets,
     progress::say,
     replay::Replay,
     request::request,
@@ -155,7 +156,7 @@ fn task(args: &SubmitArgs, simd: Isa) -> anyhow::Result<Task> {
         let message = format!("--{flag} is not for a farm: each task skips the frames that it finds finished");
         return Err(Error::Usage(message).into());
     }
-    let job = Job::open(scene, &request(&args.render, simd)?)?;
+    let job = Job::open(scene, &request(&args.render, &Outlets::new(&args.render)?, simd)?)?;
     let preview = args.render.preview.as_deref();
     let is_picture = |pattern: &FilePattern| pattern.format().contents() == Contents::Picture;
     let has_pictures = job.plan.files.picture.as_ref().is_some_and(is_picture);

@@ -54,7 +54,7 @@ impl Format for Jpg {
     fn encode(&self, frame: &FrameImage, _: Encoding, out: &mut dyn Write) -> Result<WriteReport, EncodeError> {
         let window = frame.film.window;
         let (width, height) = (window.width(), window.height());
-        let [Ok(columns), Ok(rows)] = [width, height].map(|side| u16::try_from(side)) else {
+        let [Ok(columns), Ok(rows)] = [width, height].map(u16::try_from) else {
             return Err(EncodeError::Unfit(format!(
                 "a JPEG picture of {width} x {height} pixels"
             )));

@@ -28,6 +28,7 @@ mod encodings;
 mod far;
 mod far_uvs;
 mod farm;
+mod films;
 mod float_pictures;
 mod hostile;
 mod instances;

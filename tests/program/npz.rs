@@ -175,6 +175,43 @@ fn arrays_of_denoised_frames_have_all_passes_of_the_denoised_exr_files() {
     assert!(mattes.contains_key("floor") && arrays.contains_key("CryptoObject_coverage.npy"));
 }
 
+#[test]
+fn arrays_of_denoised_frames_have_the_bits_of_floats_whatever_the_type_of_exr_files() {
+    let folder = Folder::new();
+    folder.write("s.toml", SMALL_SCENE);
+    let job = ["s.toml", "--denoise", "--resolution", "16x12", "--samples", "4"];
+    folder.succeed(&[&job[..], &["-o", "a.npz"]].concat());
+    folder.succeed(&[&job[..], &["-o", "b.npz", "--exr-type", "float"]].concat());
+    let (a, b) = (arrays(&folder.read("a.npz")), arrays(&folder.read("b.npz")));
+    assert!(a["rgba.npy"] == b["rgba.npy"] && a["depth_mean.npy"] == b["depth_mean.npy"]);
+}
+
+#[test]
+fn a_comment_of_denoised_display_values_is_said_once() {
+    let folder = Folder::new();
+    folder.write("s.toml", SMALL_SCENE);
+    let job = [
+        "s.toml",
+        "--view",
+        "raw",
+        "--resolution",
+        "16x12",
+        "--samples",
+        "4",
+        "-o",
+        "f.npz",
+    ];
+    let comments = || {
+        let metadata = arrays(&folder.read("f.npz"))["metadata.npy"].1.clone();
+        serde_json::from_slice::<Value>(&metadata).expect("JSON")["comments"].clone()
+    };
+    folder.succeed(&job);
+    let plain = comments();
+    folder.succeed(&[&job[..], &["--denoise"]].concat());
+    assert!(plain.is_string());
+    assert_eq!(comments(), plain);
+}
+
 const JOB: [&str; 9] = [
     "s.toml",
     "--frames",

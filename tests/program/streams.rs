@@ -126,50 +126,19 @@ fn what_makes_no_sense_on_standard_output_is_refused() {
             &["-o", "-", "--output-format", "png", "--denoise"],
             "--denoise reads the frames again",
         ),
+        (
+            &["-o", "-", "--output-format", "png", "--metadata", "ids"],
+            "--metadata writes files beside those of the frames",
+        ),
+        (
+            &["-o", "-", "--output-format", "png", "--list-stale"],
+            "the frames have no files",
+        ),
     ] {
         let said = folder.fail(2, &[&SMALL[..], more].concat());
         assert!(said.contains(message), "{more:?}: {said}");
     }
     assert_eq!(folder.names(), ["path.csv", "s.toml"]);
-}
-
-#[test]
-fn films_of_gif_and_apng_hold_all_frames_at_full_size() {
-    let folder = folder();
-    folder.succeed(
-        &[
-            &SMALL[..],
-            &FILM[..],
-            &["-o", "film.gif", "-o", "film.apng", "--fps", "20"],
-        ]
-        .concat(),
-    );
-    assert_eq!(folder.names(), ["film.apng", "film.gif", "path.csv", "s.toml"]);
-    let gif = folder.read("film.gif");
-    assert_eq!(&gif[..10], b"GIF89a\x10\0\x0c\0");
-    let controls = gif.windows(6).filter(|part| *part == [0x21, 0xf9, 4, 4, 5, 0]);
-    assert_eq!(controls.count(), 3, "three frames of 5/100 s");
-    let apng = png::Decoder::new(std::io::Cursor::new(folder.read("film.apng")))
-        .read_info()
-        .expect("a PNG");
-    let info = apng.info();
-    assert_eq!((info.width, info.height), (16, 12));
-    assert_eq!(info.animation_control().expect("a film").num_frames, 3);
-    // With files of the frames a film is made again without rendering.
-    let both = ["-o", "f.#.png", "-o", "again.apng", "--fps", "20"];
-    folder.succeed(&[&SMALL[..], &FILM[..], &both].concat());
-    folder.succeed(&[&SMALL[..], &FILM[..], &both, &["-o", "later.gif", "--skip-existing"]].concat());
-    assert!(folder.read("again.apng") == folder.read("film.apng"));
-    assert_eq!(folder.read("later.gif")[..10], gif[..10]);
-    let said = folder.fail(2, &[&SMALL[..], &["-o", "film.gif", "--skip-existing"]].concat());
-    assert!(said.contains("an animated picture is made of all frames"), "{said}");
-    let said = folder.fail(
-        2,
-        &[
-            "submit", "s.toml", "--engine", "slurm", "--bundle", "b", "-o", "film.gif",
-        ],
-    );
-    assert!(said.contains("-o film.gif"), "{said}");
 }
 
 /// Runs a job with this text on standard input.

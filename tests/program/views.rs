@@ -216,3 +216,26 @@ fn what_views_cannot_do_is_refused() {
         "{message}"
     );
 }
+
+#[test]
+fn a_plan_by_itself_does_not_know_where_the_scene_of_views_is() {
+    use batch_render::{
+        assets::Files,
+        batch::{Plan, Request, Views},
+        describe::{Overrides, load},
+    };
+    let desc = load(std::path::Path::new("s.toml"), &Overrides::default(), |_| Ok(SCENE)).expect("a scene");
+    let views = Views {
+        sets: vec!["orbit:3".parse().expect("a set")],
+        fit: 0.9,
+    };
+    let request = Request {
+        views: Some(views),
+        ..Request::default()
+    };
+    let error = Plan::new(&desc, &request, &Files::default()).expect_err("it is refused");
+    assert!(
+        error.to_string().contains("the bounds of the scene are not known"),
+        "{error}"
+    );
+}

@@ -54,7 +54,9 @@ pub(in crate::batch) fn cameras(
     (scene_camera, resolution, bounds): (Option<SceneCamera>, [u32; 2], Option<DAabb>),
     inputs: &Files,
 ) -> Result<JobCameras, Error> {
-    if let (Some(views), Some(bounds)) = (&request.views, bounds) {
+    if let Some(views) = &request.views {
+        let unknown = || Error::Usage("--views: the bounds of the scene are not known".to_owned());
+        let bounds = bounds.ok_or_else(unknown)?;
         refuse_camera_values(values, "the views")?;
         let own = scene_camera.ok_or_else(|| no_camera(desc))?;
         let views = ViewCameras::new(views, bounds, own, resolution)?;
@@ -371,7 +373,7 @@ impl<'a> OwnCamera<'a> {
 
 /// The frames of the sequence that are not asked for and help to denoise those that are.
 fn beside(request: &Request, frames: &FrameRange, all: &RangeInclusive<i64>) -> BTreeSet<i64> {
-    let reach = match &request.denoise {
+    let reach = match request.denoising() {
         Some(options) if request.range.is_some() => i64::from(options.temporal),
         _ => 0,
     };

@@ -58,7 +58,7 @@ impl PassChoice {
         }
         if !holds_passes(formats) {
             // Outputs of the command line, such as previews, need not hold the scene's passes.
-            let message = match (names.is_override(), is_chosen(desc) || request.stream.is_some()) {
+            let message = match (names.is_override(), is_chosen(desc) || request.taken.are_any()) {
                 (true, _) => "only EXR and NPZ files hold passes, and the job writes none",
                 (_, false) => "only EXR and NPZ files hold passes, and `files` names none",
                 (false, true) => {

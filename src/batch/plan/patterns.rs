@@ -2,7 +2,7 @@
 
 use super::denoise_options;
 use crate::{
-    batch::Request,
+    batch::{Request, TakenFrames},
     describe::{OneOrMany, SceneDesc},
     error::Error,
     output::{Contents, Exr, FilePattern, FilePatternError, Format},
@@ -15,7 +15,7 @@ pub(in crate::batch) struct Patterns {
     /// The patterns of the files that the first one becomes; empty if the job does not denoise.
     pub denoised: Vec<FilePattern>,
     /// The format of the frames that the caller takes.
-    stream: Option<&'static dyn Format>,
+    taken: Option<&'static dyn Format>,
 }
 
 impl Patterns {
@@ -25,12 +25,15 @@ impl Patterns {
     /// A pattern is invalid, or has an unsuitable format.
     pub fn new(desc: &SceneDesc, request: &Request) -> Result<Self, Error> {
         let mut patterns = Self {
-            rendered: match request.stream {
-                Some(_) if !is_chosen(desc) => Vec::new(),
-                _ => pictures(desc).map_err(Error::Pattern)?,
+            rendered: match request.taken.are_any() && !is_chosen(desc) {
+                true => Vec::new(),
+                false => pictures(desc).map_err(Error::Pattern)?,
             },
             denoised: Vec::new(),
-            stream: request.stream.flatten(),
+            taken: match request.taken {
+                TakenFrames::Files(format) => Some(format),
+                TakenFrames::None | TakenFrames::Pictures => None,
+            },
         };
         if request.denoise.is_some() {
             if patterns.rendered.is_empty() {
@@ -54,6 +57,16 @@ impl Patterns {
             }
             patterns.rendered.push(pattern.with_format(format));
         }
+        let stands_beside = [
+            (!request.metadata.is_empty(), "--metadata"),
+            (request.policy.checkpoint.is_some(), "--checkpoint"),
+        ];
+        let mut needless = stands_beside.into_iter().filter(|(is_given, _)| *is_given);
+        if let (true, Some((_, flag))) = (patterns.rendered.is_empty(), needless.next()) {
+            let message =
+                format!("{flag} writes files beside those of the frames: name files for them, too (-o f.####.exr)");
+            return Err(Error::Usage(message));
+        }
         Ok(patterns)
     }
 
@@ -62,13 +75,13 @@ impl Patterns {
         self.rendered
             .iter()
             .map(FilePattern::format)
-            .chain(self.stream)
+            .chain(self.taken)
             .collect()
     }
 
     /// Whether other files than EXR files hold passes.
     pub fn has_arrays(&self) -> bool {
-        let formats = self.all().map(FilePattern::format).chain(self.stream);
+        let formats = self.all().map(FilePattern::format).chain(self.taken);
         let mut data = formats.filter(|format| format.contents() == Contents::Data);
         data.any(|format| format.name() != Exr.name())
     }

@@ -19,6 +19,25 @@ use crate::{
     warnings::Warnings,
 };
 
+/// The frames that a caller takes by [`JobEvent::FrameImage`](crate::batch::JobEvent::FrameImage). A job whose frames are taken needs
+/// no files.
+#[derive(Clone, Copy, Debug, Default)]
+pub enum TakenFrames {
+    #[default]
+    None,
+    /// Pictures for displays.
+    Pictures,
+    /// Files of this format.
+    Files(&'static dyn Format),
+}
+
+impl TakenFrames {
+    /// Whether there are any.
+    pub(in crate::batch) fn are_any(self) -> bool {
+        !matches!(self, Self::None)
+    }
+}
+
 /// The settings of a job.
 #[derive(Clone, Debug, Default)]
 pub struct Request {
@@ -26,9 +45,8 @@ pub struct Request {
     pub overrides: Overrides,
     /// An input file that is not on disk, such as the scene.
     pub supplied: Option<SuppliedFile>,
-    /// Whether the caller takes the frames by [`JobEvent::FrameImage`](crate::batch::JobEvent::FrameImage), in which format if in one of those of files. Such a
-    /// job needs no files.
-    pub stream: Option<Option<&'static dyn Format>>,
+    /// The frames that the caller takes.
+    pub taken: TakenFrames,
     pub camera_path: Option<PathBuf>,
     /// The file of values that change over time, in place of the scene's.
     pub values: Option<PathBuf>,
@@ -42,7 +60,8 @@ pub struct Request {
     pub animation: Option<AnimationChoice>,
     /// Instead of a camera path: frames of an orbit around the scene.
     pub turntable: Option<Turn>,
-    /// Instead of a camera path: views of all of the scene. [`Job`](crate::batch::Job) finds out where it is; a plan by itself does not.
+    /// Instead of a camera path: views of all of the scene. [`Job`](crate::batch::Job) finds out where it is; a plan by itself
+    /// does not, and is refused.
     pub views: Option<Views>,
     /// Whether the scene's camera is moved along its line of sight until the scene fits into the picture.
     pub frame_to_fit: bool,
@@ -103,6 +122,13 @@ pub struct Policy {
 }
 
 impl Request {
+    /// The denoising that is asked for. Views in a row are no neighbours in time, so that none helps another.
+    pub(in crate::batch) fn denoising(&self) -> Option<DenoiseOptions> {
+        let options = self.denoise.clone()?;
+        let temporal = if self.views.is_none() { options.temporal } else { 0 };
+        Some(DenoiseOptions { temporal, ..options })
+    }
+
     /// The PNG files of data that are asked for, with their patterns.
     pub(in crate::batch) fn png_data(&self) -> impl Iterator<Item = (&'static DataPng, &String)> {
         let data = [
@@ -112,5 +138,31 @@ impl Request {
         ];
         data.into_iter()
             .filter_map(|(format, pattern)| Some((format, pattern.as_ref()?)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn views_in_a_row_do_not_help_to_denoise_each_other() {
+        let denoise = DenoiseOptions {
+            temporal: 2,
+            filter: Default::default(),
+        };
+        let sequence = Request {
+            denoise: Some(denoise),
+            ..Request::default()
+        };
+        let views = Request {
+            views: Some(Views {
+                sets: Vec::new(),
+                fit: 1.0,
+            }),
+            ..sequence.clone()
+        };
+        let temporal = |request: &Request| request.denoising().map(|options| options.temporal);
+        assert_eq!([temporal(&sequence), temporal(&views)], [Some(2), Some(0)]);
     }
 }

@@ -258,7 +258,10 @@ impl DenoisedFrames for JobFrames<'_> {
 impl JobFrames<'_> {
     fn write_files(&self, frame: i32, file: &ExrFile) -> Result<(), OutputError> {
         let film = match self.plan.files.has_arrays {
-            true => films::all_passes(file, self.plan),
+            true => films::all_passes(file, self.plan).map_err(|unknown| OutputError::Encode {
+                reason: unknown.to_string(),
+                path: self.files[&frame][0].path.clone(),
+            })?,
             false => films::picture(file),
         };
         let mut metadata = self.plan.metadata(frame);

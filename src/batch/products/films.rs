@@ -9,6 +9,7 @@ use crate::{
         passes::{BEAUTY, DEFAULT_GROUP, GROUP_PREFIX},
     },
     output::{ExrFile, Numbers, Value},
+    value::UnknownName,
 };
 
 /// The beauty of a file.
@@ -17,13 +18,13 @@ pub(super) fn picture(file: &ExrFile) -> Film {
 }
 
 /// All passes of a file that `plan` has rendered.
-pub(super) fn all_passes(file: &ExrFile, plan: &Plan) -> Film {
-    let settings = &plan.picture.settings;
-    let layout = settings.film_layout(BEAUTY, &light_groups(file)).unwrap_or_default();
-    film(
-        file,
-        &layout.with_matte_tables(|plane| file.mattes(&plane.name).map(Arc::new)),
-    )
+///
+/// # Errors
+/// A pass shows a light group whose light the file does not hold.
+pub(super) fn all_passes(file: &ExrFile, plan: &Plan) -> Result<Film, UnknownName> {
+    let layout = plan.picture.settings.film_layout(BEAUTY, &light_groups(file))?;
+    let layout = layout.with_matte_tables(|plane| file.mattes(&plane.name).map(Arc::new));
+    Ok(film(file, &layout))
 }
 
 /// The names of the light groups whose light a file holds.

@@ -3,14 +3,28 @@
 use super::films;
 use crate::{
     batch::{Plan, PlannedFrame},
-    output::{Coverage, Exr, ExrFile, Format as _, FrameImage, Shown},
+    output::{Contents, Coverage, Exr, ExrFile, Format as _, FrameImage, Shown},
 };
+
+/// Whether the pictures of frames that were there before a job can be shown: by files for displays, or as [`with_finished`] does.
+pub fn shows_finished(plan: &Plan) -> bool {
+    let files = plan.all_frames().first().map(|frame| plan.final_files(frame));
+    files.iter().flatten().any(|file| match file.format.contents() {
+        Contents::Picture => true,
+        Contents::Data => file.format.name() == Exr.name() && shows_exr(plan),
+        Contents::Pass => false,
+    })
+}
+
+/// Whether the light of EXR files is the picture of the job, at an exposure that is known without its scene.
+fn shows_exr(plan: &Plan) -> bool {
+    plan.picture.shown == Shown::All && plan.picture.metering_camera.is_none()
+}
 
 /// Hands the picture of a frame's EXR file to `show`, as the job's files for displays show it. `None` where there is none, where the
 /// job shows a pass, or where the exposure is that of a scene that is not metered.
 pub fn with_finished<T>(plan: &Plan, frame: &PlannedFrame, show: impl FnOnce(&FrameImage<'_>) -> T) -> Option<T> {
-    let picture = &plan.picture;
-    if picture.shown != Shown::All || picture.metering_camera.is_some() {
+    if !shows_exr(plan) {
         return None;
     }
     let files = plan.final_files(frame);
@@ -21,7 +35,7 @@ pub fn with_finished<T>(plan: &Plan, frame: &PlannedFrame, show: impl FnOnce(&Fr
     let metadata = plan.metadata(frame.number);
     Some(show(&FrameImage {
         film: &film,
-        shown: picture.shown,
+        shown: plan.picture.shown,
         coverage: Coverage::Partial,
         metadata: &metadata,
     }))
