@@ -10,7 +10,7 @@ use std::{
 use batch_render::{
     batch::{JobEvent, Observer, Plan},
     error::Error,
-    output::{self, Contents, EncodeError, Format, FrameImage, OutputError},
+    output::{self, EncodeError, Format, FrameImage, OutputError},
     render::Cancel,
     value::UnknownName,
 };
@@ -94,11 +94,11 @@ impl<'a> Stream<'a> {
     /// # Errors
     /// The form holds no sequence.
     pub fn new(form: StreamForm, plan: &'a Plan, cancel: &'a Cancel) -> Result<Self, Error> {
-        let holds_one = form.format().is_some_and(|format| format.contents() == Contents::Data);
+        let holds_one = form.format().is_some_and(|format| !format.makes_streams());
         if holds_one && plan.frames.len() > 1 {
             let count = plan.frames.len();
             return Err(Error::Usage(format!(
-                "-o -: {count} frames make a stream of y4m or png; files of data hold one"
+                "-o -: {count} frames make a stream of y4m, png, jpg or npz; readers of EXR take one"
             )));
         }
         Ok(Self {

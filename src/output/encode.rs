@@ -139,6 +139,11 @@ pub trait Format: Debug + Sync {
     /// The contents of the files.
     fn contents(&self) -> Contents;
 
+    /// Whether files may follow each other in one stream: a reader finds the end of each.
+    fn makes_streams(&self) -> bool {
+        true
+    }
+
     /// Writes `image` to `out`. The same image and encoding give the same bytes.
     fn encode(&self, image: &FrameImage, encoding: Encoding, out: &mut dyn Write) -> Result<WriteReport, EncodeError>;
 

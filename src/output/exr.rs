@@ -51,6 +51,11 @@ impl Format for Exr {
         Contents::Data
     }
 
+    /// Readers of EXR seek in a file of their own.
+    fn makes_streams(&self) -> bool {
+        false
+    }
+
     fn encode(&self, frame: &FrameImage, encoding: Encoding, out: &mut dyn Write) -> Result<WriteReport, EncodeError> {
         let layers = layers(frame, encoding);
         check_layers(frame, &layers, encoding)?;

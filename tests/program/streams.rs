@@ -48,14 +48,17 @@ fn a_frame_on_standard_output_is_its_file_and_nothing_else() {
 }
 
 #[test]
-fn pictures_of_a_sequence_follow_each_other_in_order_and_files_may_be_beside_them() {
+fn files_of_a_sequence_follow_each_other_in_order_and_may_be_written_beside_it() {
     let folder = folder();
-    let both = ["-o", "-", "--output-format", "png", "-o", "f.#.png"];
-    let bytes = streamed(&folder, &[&FILM[..], &both].concat());
-    let files: Vec<u8> = (1..=3)
-        .flat_map(|frame| folder.read(&format!("f.{frame}.png")))
-        .collect();
-    assert!(bytes == files);
+    for format in ["png", "jpg", "npz"] {
+        let pattern = format!("f.#.{format}");
+        let both = ["-o", "-", "--output-format", format, "-o", &pattern];
+        let bytes = streamed(&folder, &[&FILM[..], &both].concat());
+        let files: Vec<u8> = (1..=3)
+            .flat_map(|frame| folder.read(&format!("f.{frame}.{format}")))
+            .collect();
+        assert!(bytes == files, "{format}");
+    }
 }
 
 #[test]
@@ -116,7 +119,7 @@ fn what_makes_no_sense_on_standard_output_is_refused() {
         ),
         (
             &["-o", "-", "--output-format", "exr", "--turntable", "2"],
-            "files of data hold one",
+            "readers of EXR take one",
         ),
         (
             &["-o", "-", "--output-format", "png", "--aovs", "depth"],
