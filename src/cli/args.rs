@@ -211,6 +211,10 @@ pub struct RenderArgs {
     #[arg(required = true)]
     pub scene: Option<PathBuf>,
 
+    /// More scenes, rendered one after the other; {scene} in -o and other arguments is the name of each
+    #[arg(value_name = "SCENE")]
+    pub more: Vec<PathBuf>,
+
     /// Camera path, a CSV file; without it, the scene's own camera renders one frame
     #[arg(long, value_name = "FILE", help_heading = heading::FRAMES)]
     pub frames: Option<PathBuf>,

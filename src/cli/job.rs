@@ -26,7 +26,7 @@ use super::{
     preview::{Preview, PreviewSize},
     progress::{Progress, leave_stdout, say},
     request::{animation, request},
-    signals, simd,
+    scenes, signals, simd,
     stats::{Observers, Stats, StatsFiles},
     stream::{PipeClosed, Stream, refuse_terminal},
     summary,
@@ -52,7 +52,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Some(Command::Denoise(denoise)) => super::denoise::run(denoise, simd, args.quiet),
         Some(Command::Compare(compare)) => super::compare::run(compare, args.quiet),
         Some(Command::Submit(submit)) => super::submit::run(submit, simd),
-        None => render(&args.render, simd, args.quiet),
+        None => scenes::run(&args.render, (simd, args.quiet), render),
     }
 }
 

@@ -28,6 +28,7 @@ mod progress;
 mod replay;
 mod report_page;
 mod request;
+mod scenes;
 mod settings;
 mod signals;
 mod simd;
@@ -42,7 +43,7 @@ mod threads;
 mod values;
 mod y4m;
 
-use std::process::ExitCode;
+use std::{path::PathBuf, process::ExitCode};
 
 use clap::Parser;
 
@@ -60,8 +61,13 @@ pub fn main() -> ExitCode {
             return ExitCode::from(if e.use_stderr() { exit::USAGE } else { exit::OK });
         }
     };
-    let scene = args.render.scene.as_deref().filter(|_| args.command.is_none());
-    if let Some(e) = stray::mistyped_command(scene) {
+    let render = &args.render;
+    let scenes = render
+        .scene
+        .iter()
+        .chain(&render.more)
+        .filter(|_| args.command.is_none());
+    if let Some(e) = stray::mistyped_command(scenes.map(PathBuf::as_path)) {
         let _ = e.print();
         return ExitCode::from(exit::USAGE);
     }

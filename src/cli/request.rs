@@ -121,7 +121,7 @@ pub(super) fn animation(names: &[String]) -> Option<AnimationChoice> {
 }
 
 /// The files that the program writes beside those of the job.
-fn files_of_caller(args: &RenderArgs, films: &[PathBuf]) -> Vec<PathBuf> {
+pub(super) fn files_of_caller(args: &RenderArgs, films: &[PathBuf]) -> Vec<PathBuf> {
     let report = args
         .report
         .iter()

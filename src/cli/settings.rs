@@ -135,6 +135,8 @@ const OUTPUT_FILES: &str = "output.files";
 #[derive(Clone, Debug, Default)]
 pub struct Settings {
     pub overrides: Overrides,
+    /// The patterns of the files of frames by `--output`.
+    pub files: Vec<String>,
     /// Whether frames go to standard output (`-o -`).
     pub has_stream: bool,
     /// The names of animated pictures of whole sequences (`-o film.gif`).
@@ -205,6 +207,7 @@ impl FromArgMatches for Settings {
                 let mut texts: Vec<String> = matches.get_many(key).into_iter().flatten().cloned().collect();
                 if key == OUTPUT_FILES {
                     texts.retain(|text| !self.takes(text));
+                    self.files.clone_from(&texts);
                 }
                 if !texts.is_empty() {
                     self.overrides.set(&flag, key, texts);

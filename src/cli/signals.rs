@@ -2,7 +2,7 @@
 //! stands.
 
 use std::sync::{
-    Arc,
+    Arc, Mutex, PoisonError,
     atomic::{AtomicBool, AtomicUsize, Ordering},
 };
 
@@ -19,9 +19,23 @@ use signal_hook::{
 /// The signal that came first, 0 for none.
 static RECEIVED: AtomicUsize = AtomicUsize::new(0);
 
+/// The job that signals are for: the last one that listens.
+static JOB: Mutex<Option<(Arc<Cancel>, Arc<ShowRequest>)>> = Mutex::new(None);
+
 /// From now on SIGINT and SIGTERM cancel what `cancel` is given to, and SIGUSR1 asks for what `show` is given to. A signal that
 /// the parent process has set to be ignored, as `nohup` and shells do for background jobs, stays ignored.
 pub fn listen(cancel: Arc<Cancel>, show: Arc<ShowRequest>) -> anyhow::Result<()> {
+    let mut job = JOB.lock().unwrap_or_else(PoisonError::into_inner);
+    let is_first = job.replace((cancel, show)).is_none();
+    drop(job);
+    match is_first {
+        true => start(),
+        false => Ok(()),
+    }
+}
+
+/// Starts the thread that listens.
+fn start() -> anyhow::Result<()> {
     let again = Arc::new(AtomicBool::new(false));
     let handled: Vec<i32> = [SIGINT, SIGTERM].into_iter().filter(|s| !is_ignored(*s)).collect();
     for &signal in &handled {
@@ -34,6 +48,8 @@ pub fn listen(cancel: Arc<Cancel>, show: Arc<ShowRequest>) -> anyhow::Result<()>
     let mut signals = signal_hook::iterator::Signals::new(heard).context("cannot handle signals")?;
     let listen = move || {
         for signal in signals.forever() {
+            let job = JOB.lock().unwrap_or_else(PoisonError::into_inner).clone();
+            let Some((cancel, show)) = job else { continue };
             if signal == SIGUSR1 {
                 show.ask();
                 continue;
@@ -46,6 +62,11 @@ pub fn listen(cancel: Arc<Cancel>, show: Arc<ShowRequest>) -> anyhow::Result<()>
     thread
         .map(drop)
         .map_err(|cause| Error::threads("the thread that listens to signals", &cause).into())
+}
+
+/// Whether a signal has asked to stop.
+pub fn is_received() -> bool {
+    RECEIVED.load(Ordering::SeqCst) != 0
 }
 
 /// From now on a file beyond the limit of the process (`ulimit -f`) is an error of writing and does not end the process.

@@ -11,7 +11,7 @@ use batch_render::{
 };
 
 /// The name of the scene that stands for standard input.
-const STANDARD_INPUT: &str = "-";
+pub const STANDARD_INPUT: &str = "-";
 
 /// The ending of scene files.
 const SCENE_FILE: &str = "toml";

@@ -1,43 +1,35 @@
-//! Errors of words that clap or the renderer would tell of in other words than what the user did: mistyped commands, second scenes,
-//! and texts that are not UTF-8.
+//! Errors of words that clap or the renderer would tell of in other words than what the user did: mistyped commands, commands after
+//! a scene, and texts that are not UTF-8.
 
-use std::{
-    ffi::{OsStr, OsString},
-    path::{Path, PathBuf},
-};
+use std::{ffi::OsString, path::Path};
 
 use batch_render::value::UnknownName;
-use clap::{
-    CommandFactory, Error,
-    error::{ContextKind, ContextValue, ErrorKind},
-};
+use clap::{CommandFactory, Error, error::ErrorKind};
 
 use super::args::Args;
 
-/// Returns the error in other words, if a second word stands beside the scene (a command whose name is mistyped, or two scenes) or
-/// a text is not UTF-8.
+/// Returns the error in other words, if a text is not UTF-8.
 pub fn reworded(error: &Error) -> Option<Error> {
-    if error.kind() == ErrorKind::InvalidUtf8 {
-        return not_utf8(&std::env::args_os().collect::<Vec<_>>());
+    match error.kind() {
+        ErrorKind::InvalidUtf8 => not_utf8(&std::env::args_os().collect::<Vec<_>>()),
+        _ => None,
     }
-    let (ErrorKind::ArgumentConflict, ContextValue::String(second)) =
-        (error.kind(), error.get(ContextKind::InvalidSubcommand)?)
-    else {
-        return None;
-    };
-    let mut command = Args::command();
-    let words = std::env::args_os().take_while(|word| word != OsStr::new(second));
-    let given = command.clone().ignore_errors(true).try_get_matches_from(words).ok()?;
-    let first = given.get_one::<PathBuf>("scene")?.display().to_string();
-    let message =
-        mistyped(Path::new(&first)).unwrap_or_else(|| format!("a job has one scene, found `{first}` and `{second}`"));
-    Some(command.error(ErrorKind::ArgumentConflict, message))
 }
 
-/// Returns the error of a scene that is no file but the mistyped name of a command.
-pub fn mistyped_command(scene: Option<&Path>) -> Option<Error> {
-    let message = mistyped(scene?)?;
+/// Returns the error of a scene that is no file but the mistyped name of a command, or of a command after a scene.
+pub fn mistyped_command<'a>(scenes: impl IntoIterator<Item = &'a Path>) -> Option<Error> {
+    let mut scenes = scenes.into_iter();
+    let first = scenes.next()?;
+    let message = mistyped(first).or_else(|| scenes.find_map(|word| late_command(first, word)))?;
     Some(Args::command().error(ErrorKind::InvalidSubcommand, message))
+}
+
+/// The message of a word after the scene `first` that is no file but the name of a command.
+fn late_command(first: &Path, word: &Path) -> Option<String> {
+    let name = word.to_str()?;
+    let is_command = Args::command().find_subcommand(name).is_some() && !word.exists();
+    let first = first.display();
+    is_command.then(|| format!("the command `{name}` stands before the scene, and not after `{first}`"))
 }
 
 /// The message of a word that is no file and is similar to the name of a command.

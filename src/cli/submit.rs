@@ -138,6 +138,9 @@ fn succeed(command: &mut Command) -> anyhow::Result<()> {
 
 fn task(args: &SubmitArgs, simd: Isa) -> anyhow::Result<Task> {
     let scene = args.render.scene.as_deref().expect("the scene is a required argument");
+    if !args.render.more.is_empty() {
+        return Err(Error::Usage("a job of a farm has one scene: submit each by itself".to_owned()).into());
+    }
     if args.render.part.is_some() {
         return Err(Error::Usage("--part is what the farm's tasks are given: submit the whole job".to_owned()).into());
     }

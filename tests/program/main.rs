@@ -56,6 +56,7 @@ mod preview;
 mod readme;
 mod resume;
 mod rounds;
+mod scenes;
 mod sight;
 mod stage;
 mod streams;
