@@ -20,7 +20,9 @@ use super::{
 #[derive(Args)]
 #[allow(dead_code, reason = "values are found by the ids of the arguments")]
 struct Flags {
-    /// Output files instead of the scene's: out.####.exr, %04d or $F4; repeatable
+    /// Output files: out.####.exr, film.gif, or - for standard output; repeatable
+    ///
+    /// They replace those of the scene. The ending is the format: .exr, .npz, .png or .jpg. #### may be %04d or $F4. A file .gif or .apng is one animated picture of all frames.
     #[arg(id = "output.files", short, long = "output", value_name = "PATTERN", help_heading = OUTPUT)]
     output: Vec<String>,
 
@@ -77,7 +79,7 @@ struct Flags {
     /// Integrator, such as path or whitted
     ///
     /// It keeps the scene's settings if the scene uses the same one, and has its default settings otherwise.
-    #[arg(id = "render.integrator", long = "integrator", value_name = "NAME", help_heading = PICTURE)]
+    #[arg(id = "render.integrator", long = "integrator", value_name = "NAME", hide_short_help = true, help_heading = PICTURE)]
     integrator: Option<String>,
 
     /// Passes of EXR and NPZ files beside the beauty: depth,N,denoise or all
@@ -92,11 +94,11 @@ struct Flags {
     #[arg(id = "output.show", long = "show", value_name = "PASS", hide_short_help = true, help_heading = PICTURE)]
     show: Option<String>,
 
-    /// Display transform of PNG files, such as srgb or raw
+    /// Display transform of PNG and JPEG files and films, such as srgb or raw
     #[arg(id = "output.view", long = "view", value_name = "NAME", hide_short_help = true, help_heading = PICTURE)]
     view: Option<String>,
 
-    /// Exposure of PNG files, in stops, or auto: that which suits the first frame
+    /// Exposure of PNG and JPEG files and films, in stops, or auto: that which suits the first frame
     #[arg(id = "output.exposure", long = "exposure", value_name = "STOPS", allow_hyphen_values = true, hide_short_help = true, help_heading = PICTURE)]
     exposure: Option<String>,
 

@@ -17,9 +17,9 @@ use std::{
 
 use anyhow::{Context, bail};
 use batch_render::{
-    batch::{FrameRange, Job},
+    batch::{FrameRange, Job, shows_finished},
     error::Error,
-    output::{Contents, FilePattern, atomic},
+    output::atomic,
     simd::Isa,
 };
 
@@ -161,11 +161,9 @@ fn task(args: &SubmitArgs, simd: Isa) -> anyhow::Result<Task> {
     }
     let job = Job::open(scene, &request(&args.render, &Outlets::new(&args.render)?, simd)?)?;
     let preview = args.render.preview.as_deref();
-    let is_picture = |pattern: &FilePattern| pattern.format().contents() == Contents::Picture;
-    let has_pictures = job.plan.files.picture.as_ref().is_some_and(is_picture);
-    if preview.is_some() && !has_pictures {
-        let message =
-            "--preview on a farm is made of the PNG files of all tasks: give -o with a name that ends in .png";
+    if preview.is_some() && !shows_finished(&job.plan) {
+        let message = "--preview on a farm is made of the files of all tasks: name some that can be shown, PNG, JPEG or EXR \
+                       (-o f.####.png), and with --show and --exposure auto not EXR alone";
         return Err(Error::Usage(message.to_owned()).into());
     }
     let preview = preview.map(|path| farm_text(path.as_os_str())).transpose()?;

@@ -137,8 +137,8 @@ fn some_files<'de, D: Deserializer<'de>>(d: D) -> Result<Option<OneOrMany>, D::E
 /// | `aovs` | a pass or a list of passes; `"all"`, or `"denoise"` for those of denoisers | none |
 /// | `cryptomatte_levels` | mattes of each pixel that Cryptomatte passes keep, an even number up to 16 | 6 |
 /// | `show` | a pass | the beauty |
-/// | `view` | how a PNG file shows light, see below | `"srgb"` |
-/// | `exposure` | exposure of PNG files, in stops, or `"auto"`, see below | 0 |
+/// | `view` | how PNG, JPEG and other files for displays show light, see below | `"srgb"` |
+/// | `exposure` | exposure of such files, in stops, or `"auto"`, see below | 0 |
 /// | `compression` | compression of EXR files, see below | `"zips"` |
 /// | `png_bits` | bits of PNG files: `"8"`, `"8-dithered"` (smooth shades have noise instead of steps) or `"16"` | `"8"` |
 /// | `npz_compression` | compression of NPZ files: `"none"` (arrays may be mapped) or `"deflate"` | `"none"` |
@@ -147,7 +147,7 @@ fn some_files<'de, D: Deserializer<'de>>(d: D) -> Result<Option<OneOrMany>, D::E
 /// | `tiled` | whether EXR files have tiles of 64x64 pixels instead of lines: `true` or `false` | `false` |
 ///
 /// In a file pattern `####` is the frame number with four digits; `%04d` and `$F4` mean the same. The ending selects the
-/// format. An EXR file holds scene-linear light with the primaries of Rec. 709, a PNG or JPG file display values. An NPZ file holds the
+/// format. An EXR file holds scene-linear light with the primaries of Rec. 709, a PNG or JPEG file display values. An NPZ file holds the
 /// numbers of EXR files as arrays of NumPy, see [NPZ files](../interface.md#output).
 ///
 /// | view | display values |
@@ -163,7 +163,7 @@ fn some_files<'de, D: Deserializer<'de>>(d: D) -> Result<Option<OneOrMany>, D::E
 /// there is any, with 16 samples of each pixel. Where it shows surfaces, only these count, not the background behind them and no shadow
 /// catchers. At most a tenth of them becomes brighter than 0.8, so that deep shadows do not burn out what is lit. All frames of a
 /// job have this exposure, whichever of them a process renders. It is the
-/// first frame of the camera path, or the scene's own camera; PNG files record the stops.
+/// first frame of the camera path, or the scene's own camera; PNG and JPEG files record the stops.
 ///
 /// | compression | EXR files |
 /// |---|---|
@@ -173,7 +173,7 @@ fn some_files<'de, D: Deserializer<'de>>(d: D) -> Result<Option<OneOrMany>, D::E
 /// | `"dwaa"` | lossy, for pictures alone: refused in files with passes of data |
 ///
 /// An EXR or NPZ file holds the passes of `aovs` beside the picture. With `show` all files hold that pass alone; a pass of data is
-/// rendered with one ray through the centre of each pixel and of the lens, and a PNG file shows it in a way of its own, see
+/// rendered with one ray through the centre of each pixel and of the lens, and files for displays show it in a way of its own, see
 /// [the list of passes](passes.md).
 ///
 /// ```toml

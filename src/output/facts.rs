@@ -14,7 +14,7 @@ use crate::film::Window;
 /// The facts in the header of a complete file. A file of another program has no version.
 #[derive(Clone, Debug, PartialEq)]
 pub struct FileFacts {
-    /// The columns and rows of the full picture; for a PNG file of another program those of the file.
+    /// The columns and rows of the full picture; those of the file where another program wrote it.
     pub resolution: [u32; 2],
     /// The part of the picture in the file.
     pub window: Window,

@@ -134,8 +134,9 @@ fn a_preview_is_made_by_a_step_after_all_tasks() {
     for engine in ["slurm", "openjd"] {
         let submit = ["submit", "--engine", engine, "--bundle", "job", "--chunk", "2"];
         folder.succeed(&[&submit[..], &job].concat());
-        let message = folder.fail(2, &[&submit[..], &OPTIONS, &job[9..]].concat());
-        assert!(message.contains("made of the PNG files of all tasks"), "{message}");
+        let arrays = ["-o", "f.#.npz", "--preview", "film.png"];
+        let message = folder.fail(2, &[&submit[..], &OPTIONS[..3], &arrays].concat());
+        assert!(message.contains("made of the files of all tasks"), "{message}");
     }
     let template = String::from_utf8(folder.read("job/template.yaml")).expect("UTF-8");
     assert_eq!(template.matches("film.png").count(), 1, "{template}");

@@ -39,7 +39,7 @@ fn films_of_gif_and_apng_hold_all_frames_at_full_size() {
     folder.succeed(&[&SMALL[..], &FILM[..], &both].concat());
     folder.succeed(&[&SMALL[..], &FILM[..], &both, &["-o", "later.gif", "--skip-existing"]].concat());
     assert!(folder.read("again.apng") == folder.read("film.apng"));
-    assert_eq!(folder.read("later.gif")[..10], gif[..10]);
+    assert!(folder.read("later.gif") == gif);
 }
 
 #[test]

@@ -33,8 +33,9 @@ fn with<'a>(mut args: Vec<&'a str>, flag: &'a str, value: &'a str) -> Vec<&'a st
     args
 }
 
-/// Runs a command as it is written, but with a small picture.
-fn run(folder: &Folder, args: &str) {
+/// Runs a command as it is written, but with a small picture. Standard output may go to a file.
+fn run(folder: &Folder, line: &str) {
+    let (args, file) = line.split_once(" > ").unwrap_or((line, ""));
     let mut args: Vec<&str> = args.split_whitespace().collect();
     if args[0] == "bench" {
         args = with(with(args, "--repetitions", "1"), "--builds", "1");
@@ -49,7 +50,11 @@ fn run(folder: &Folder, args: &str) {
         };
         args = with(with(args, "--resolution", "24x16"), flag, samples);
     }
-    folder.succeed(&args);
+    let output = folder.run(&args);
+    assert!(output.status.success(), "{line}: {}", stderr(&output));
+    if !file.is_empty() {
+        fs::write(folder.path(file), output.stdout).expect("writable");
+    }
 }
 
 #[cfg(unix)]
@@ -88,6 +93,11 @@ fn every_command_of_the_guide_runs_on_its_scene_and_its_path() {
     }
     assert_eq!(crate::common::names(&folder.path("turn")).len(), 8);
     assert!(folder.path("out/bench/bench.html").exists());
+    assert_eq!(crate::common::names(&folder.path("pictures")).len(), 3);
+    let film = folder.read("table.y4m");
+    let frames = film.windows(6).filter(|part| *part == b"FRAME\n").count();
+    assert!(film.starts_with(b"YUV4MPEG2 W24 H16 F25:1 ") && frames == 3);
+    assert!(folder.read("table.gif").starts_with(b"GIF89a") && folder.path("arrays/table.npz").exists());
     let frames = ["table.0001.exr", "table.0049.exr", "table.0097.exr"];
     assert!(frames.iter().all(|frame| folder.path(frame).exists()));
     // A scene with a camera, and a model in it.
