@@ -26,7 +26,7 @@ use image::{DynamicImage, RgbImage, imageops};
 use super::{
     create::cannot_create,
     gif::{self, Histogram},
-    small_picture::{picture, small_picture},
+    small_picture::small_picture,
 };
 
 /// The largest width of a preview, in pixels.
@@ -117,7 +117,7 @@ impl PreviewSize {
             Self::Small => small_picture(image, MAX_COLUMNS),
             Self::Full => {
                 let window = image.film.window;
-                let pixels = picture(image).into_flattened();
+                let pixels = image.pixels_over_black().into_flattened();
                 RgbImage::from_raw(window.width(), window.height(), pixels).unwrap_or_default()
             }
         }
@@ -252,7 +252,7 @@ impl<'a> Preview<'a> {
                 return Ok(());
             }
             PreviewSize::Small if missing > 0 && spool.size.is_some() => tracing::warn!(
-                "--preview: {missing} frames are not in {name}: they are not on disk, or have no PNG file and no EXR file that can be shown"
+                "--preview: {missing} frames are not in {name}: they are not on disk, or have no PNG, JPEG or EXR file that can be shown"
             ),
             _ => {}
         }

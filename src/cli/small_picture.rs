@@ -1,39 +1,12 @@
-//! Pictures of frames over black, as they look on a display.
+//! Small pictures of frames over black, as they look on a display.
 
-use batch_render::output::{FrameImage, display::PixelDisplay};
-use rayon::prelude::*;
-
-/// The pixels of a frame.
-pub fn picture(image: &FrameImage<'_>) -> Vec<[u8; 3]> {
-    let (plane, display) = (image.picture(), display(image));
-    let pixel = |i: usize| {
-        let values = plane.pixel(i);
-        display.rgb8(std::array::from_fn(|channel| {
-            values.get(channel).copied().unwrap_or(0.0)
-        }))
-    };
-    (0..image.film.window.area())
-        .into_par_iter()
-        .with_min_len(4096)
-        .map(pixel)
-        .collect()
-}
-
-fn display(image: &FrameImage<'_>) -> PixelDisplay {
-    let metadata = image.metadata;
-    PixelDisplay::new(
-        image.picture().spec.pass.display,
-        metadata.view,
-        metadata.exposure,
-        metadata.working_space,
-    )
-}
+use batch_render::output::FrameImage;
 
 /// The picture of a frame, scaled down to at most so many columns. It is at most four times as high as that.
 pub fn small_picture(image: &FrameImage<'_>, columns: u32) -> image::RgbImage {
     let (window, plane) = (image.film.window, image.picture());
     let (width, height) = (window.width(), window.height());
-    let display = display(image);
+    let display = image.display();
     let w = columns.min(width);
     let h = (w * height).div_ceil(width.max(1)).clamp(1, 4 * columns);
     image::RgbImage::from_fn(w, h, |x, y| {

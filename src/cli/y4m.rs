@@ -6,8 +6,6 @@
 use batch_render::output::FrameImage;
 use rayon::prelude::*;
 
-use super::small_picture::picture;
-
 /// The marks of a frame.
 const FRAME: &[u8] = b"FRAME\n";
 
@@ -18,24 +16,62 @@ pub fn header([width, height]: [u32; 2], (frames, seconds): (i32, u32)) -> Strin
 
 /// A frame over black.
 pub fn frame(image: &FrameImage<'_>) -> Vec<u8> {
-    let pixels: Vec<[u8; 3]> = picture(image).into_par_iter().map(ycbcr).collect();
-    let planes = (0..3).flat_map(|channel| pixels.iter().map(move |pixel| pixel[channel]));
-    FRAME.iter().copied().chain(planes).collect()
+    let pixels = image.pixels_over_black();
+    let mut bytes = vec![0; FRAME.len() + 3 * pixels.len()];
+    let (mark, planes) = bytes.split_at_mut(FRAME.len());
+    mark.copy_from_slice(FRAME);
+    let planes = planes.par_chunks_exact_mut(pixels.len().max(1)).zip(PLANES);
+    planes.for_each(|(plane, fill)| fill(plane, &pixels));
+    bytes
 }
 
-/// The luma and the chroma of a colour.
-fn ycbcr(rgb: [u8; 3]) -> [u8; 3] {
-    const RED: f32 = 0.2126;
-    const BLUE: f32 = 0.0722;
-    let [r, g, b] = rgb.map(|v| f32::from(v) / 255.0);
-    let y = RED * r + (1.0 - RED - BLUE) * g + BLUE * b;
-    let chroma = |v: f32, weight: f32| 128.0 + 224.0 * (v - y) / (2.0 - 2.0 * weight);
-    [16.0 + 219.0 * y, chroma(b, BLUE), chroma(r, RED)].map(|v| v.round() as u8)
+/// A function that fills a plane with the codes of pixels.
+type Fill = fn(&mut [u8], &[[u8; 3]]);
+
+/// The planes of a frame: luma, and the chroma of blue and of red.
+const PLANES: [Fill; 3] = [
+    |plane, pixels| fill(plane, pixels, |rgb| 16 + (219 * luma(rgb) + WHITE / 2) / WHITE),
+    |plane, pixels| fill(plane, pixels, |rgb| chroma(rgb, rgb[2], 2 * (ONE - BLUE))),
+    |plane, pixels| fill(plane, pixels, |rgb| chroma(rgb, rgb[0], 2 * (ONE - RED))),
+];
+
+/// Fills a plane with the codes of pixels.
+fn fill(plane: &mut [u8], pixels: &[[u8; 3]], code: impl Fn([u32; 3]) -> u32) {
+    for (value, pixel) in plane.iter_mut().zip(pixels) {
+        *value = code(pixel.map(u32::from)) as u8;
+    }
+}
+
+/// The weights of red and blue in luma, in parts of [`ONE`].
+const RED: u32 = 2126;
+const BLUE: u32 = 722;
+const ONE: u32 = 10_000;
+/// The luma of white.
+const WHITE: u32 = 255 * ONE;
+
+/// The luma of a colour of 8 bits.
+fn luma([r, g, b]: [u32; 3]) -> u32 {
+    RED * r + (ONE - RED - BLUE) * g + BLUE * b
+}
+
+/// The code of the difference of a channel and luma, which is at most half of `range`, in parts of [`ONE`]: the nearest whole number.
+fn chroma(rgb: [u32; 3], channel: u32, range: u32) -> u32 {
+    let middle = 128 * 255 * range + 255 * range / 2;
+    (middle + 224 * ONE * channel - 224 * luma(rgb)) / (255 * range)
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    /// The codes of a colour.
+    fn codes(rgb: [u8; 3]) -> [u8; 3] {
+        PLANES.map(|fill| {
+            let mut plane = [0];
+            fill(&mut plane, &[rgb]);
+            plane[0]
+        })
+    }
 
     #[test]
     fn grays_have_no_chroma_and_primaries_the_codes_of_the_standard() {
@@ -47,7 +83,24 @@ mod tests {
             ([0, 255, 0], [173, 42, 26]),
             ([0, 0, 255], [32, 240, 118]),
         ] {
-            assert_eq!(ycbcr(rgb), code, "{rgb:?}");
+            assert_eq!(codes(rgb), code, "{rgb:?}");
+        }
+    }
+
+    #[test]
+    fn codes_are_the_nearest_to_those_of_the_standard() {
+        let levels = || (0..=255_u8).step_by(5);
+        for rgb in levels().flat_map(|r| levels().flat_map(move |g| levels().map(move |b| [r, g, b]))) {
+            let [r, g, b] = rgb.map(|v| f64::from(v) / 255.0);
+            let y = 0.2126 * r + 0.7152 * g + 0.0722 * b;
+            let exact = [
+                16.0 + 219.0 * y,
+                128.0 + 224.0 * (b - y) / 1.8556,
+                128.0 + 224.0 * (r - y) / 1.5748,
+            ];
+            for (code, exact) in codes(rgb).into_iter().zip(exact) {
+                assert!((f64::from(code) - exact).abs() < 0.5 + 1e-9, "{rgb:?}");
+            }
         }
     }
 }

@@ -1,8 +1,9 @@
 //! Finished frames, the input of every format.
 
+use rayon::prelude::*;
 use serde::Serialize;
 
-use super::FrameMetadata;
+use super::{FrameMetadata, PixelDisplay};
 use crate::film::{Film, Plane};
 
 /// A finished frame, the input of every format.
@@ -32,6 +33,27 @@ impl<'a> FrameImage<'a> {
             Shown::All => &self.film.planes()[0],
             Shown::Plane(plane) => &self.film.planes()[plane],
         }
+    }
+
+    /// The display of that plane.
+    pub fn display(&self) -> PixelDisplay {
+        let metadata = self.metadata;
+        let display = self.picture().spec.pass.display;
+        PixelDisplay::new(display, metadata.view, metadata.exposure, metadata.working_space)
+    }
+
+    /// The first three channels of a pixel of that plane; missing channels are 0.
+    pub(super) fn channels(&self, pixel: usize) -> [f32; 3] {
+        let values = self.picture().pixel(pixel);
+        std::array::from_fn(|i| values.get(i).copied().unwrap_or(0.0))
+    }
+
+    /// The display values of all pixels of that plane, over black, row by row.
+    pub fn pixels_over_black(&self) -> Vec<[u8; 3]> {
+        let display = self.display();
+        let pixel = |i: usize| display.rgb8(self.channels(i));
+        let pixels = (0..self.film.window.area()).into_par_iter();
+        pixels.with_min_len(4096).map(pixel).collect()
     }
 
     /// The planes of formats with layers.

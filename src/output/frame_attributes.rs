@@ -3,12 +3,42 @@
 use super::{Attribute, DisplayTransform, FrameImage, Value, seal};
 use crate::math::WorkingSpace;
 
-/// The conventions of a file's numbers, for readers without the manual.
-const CONVENTIONS: &str = "pixel centres are at .5 from the upper left corner of the display window; the world is right-handed, in \
-    metres; worldToCamera and worldToNDC take row vectors; camera space is left-handed: x to the right, y up, z along the line \
-    of sight; NDC is 0 0 in the upper left corner of the display window and 1 1 in the lower right one; depth.Z is z in camera \
-    space (of a panorama or a fisheye the distance along the ray), distance.Y the distance along the ray, both in metres and 1e10 where \
-    nothing is met; N and P are in the world; forward and backward are pixels to the right and upwards (u, v) and metres of depth (z)";
+/// The words of a format in the conventions of its numbers.
+pub(super) struct Conventions {
+    /// The places of pixels.
+    pub pixels: &'static str,
+    /// The rectangle of the whole picture.
+    pub picture: &'static str,
+    /// The names of the passes of depth, each as the beginning of a phrase.
+    pub depth: &'static str,
+    pub distance: &'static str,
+}
+
+const OF_CHANNELS: Conventions = Conventions {
+    pixels: "pixel centres are at .5 from the upper left corner of the display window",
+    picture: "display window",
+    depth: "depth.Z",
+    distance: "distance.Y the distance",
+};
+
+impl Conventions {
+    /// The conventions, for readers without the manual.
+    pub fn text(&self) -> String {
+        let Self {
+            pixels,
+            picture,
+            depth,
+            distance,
+        } = self;
+        format!(
+            "{pixels}; the world is right-handed, in metres; worldToCamera and worldToNDC take row vectors; camera space is \
+             left-handed: x to the right, y up, z along the line of sight; NDC is 0 0 in the upper left corner of the {picture} and \
+             1 1 in the lower right one; {depth} is z in camera space (of a panorama or a fisheye the distance along the ray), \
+             {distance} along the ray, both in metres and 1e10 where nothing is met; N and P are in the world; forward and backward \
+             are pixels to the right and upwards (u, v) and metres of depth (z)"
+        )
+    }
+}
 
 /// The attributes of a frame, besides those that the EXR format requires.
 pub(super) fn attributes(frame: &FrameImage) -> Vec<Attribute> {
@@ -23,7 +53,7 @@ pub(super) fn attributes(frame: &FrameImage) -> Vec<Attribute> {
         Attribute::new("batch-render/samples", count(metadata.samples)),
         Attribute::new("batch-render/seed", count(metadata.seed)),
         Attribute::new("batch-render/sampler", metadata.sampler),
-        Attribute::new("batch-render/conventions", CONVENTIONS),
+        Attribute::new("batch-render/conventions", OF_CHANNELS.text()),
         Attribute::new("imageCounter", metadata.frame),
     ];
     if let Some((numerator, denominator)) = metadata.fps {

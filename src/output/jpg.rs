@@ -9,11 +9,9 @@ use std::{
 };
 
 use image::{ExtendedColorType, codecs::jpeg::JpegEncoder};
-use rayon::prelude::*;
 
 use super::{
     Attribute, Contents, EncodeError, Encoding, FileFacts, Format, FrameImage, WriteReport,
-    display::PixelDisplay,
     join::{CropFile, JoinError},
     png::{self, WINDOW, parse_window},
     seal,
@@ -65,7 +63,7 @@ impl Format for Jpg {
         let mut file = Vec::new();
         JpegEncoder::new_with_quality(&mut file, QUALITY)
             .encode(
-                pixels(frame).as_flattened(),
+                frame.pixels_over_black().as_flattened(),
                 columns.into(),
                 rows.into(),
                 ExtendedColorType::Rgb8,
@@ -108,23 +106,6 @@ impl Format for Jpg {
         let reason = "JPEG is lossy: its pixels, packed again, are not those of the whole picture";
         Err(JoinError::unfit(&crops[0], &reason))
     }
-}
-
-/// The display values of all pixels, over black.
-fn pixels(frame: &FrameImage) -> Vec<[u8; 3]> {
-    let (plane, metadata) = (frame.picture(), frame.metadata);
-    let display = PixelDisplay::new(
-        plane.spec.pass.display,
-        metadata.view,
-        metadata.exposure,
-        metadata.working_space,
-    );
-    let pixel = |i: usize| display.rgb8(png::channels(plane, i));
-    (0..frame.film.window.area())
-        .into_par_iter()
-        .with_min_len(4096)
-        .map(pixel)
-        .collect()
 }
 
 /// Appends a comment; one that is too long is left out.

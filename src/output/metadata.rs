@@ -46,6 +46,24 @@ impl FrameMetadata {
     }
 }
 
+#[cfg(test)]
+impl FrameMetadata {
+    /// The metadata of a frame of tests.
+    pub(super) fn example(frame: i32, attributes: Vec<Attribute>) -> Self {
+        Self {
+            frame,
+            samples: 64,
+            seed: 5,
+            sampler: "sobol",
+            view: DisplayTransform::Srgb,
+            working_space: WorkingSpace::default(),
+            exposure: 0.0,
+            fps: None,
+            attributes,
+        }
+    }
+}
+
 /// The rule of adaptive sampling.
 fn adaptive_sampling(settings: &Settings) -> Vec<Attribute> {
     let Some(rule) = settings.samples.adaptive else {

@@ -62,9 +62,9 @@ impl Format for Npz {
             arrays.extend(arrays_of(plane, [height, width]));
         }
         if !frame.planes().iter().any(|plane| plane.spec.pass == BEAUTY) {
-            let alpha = frame.film.beauty().par_iter().map(|pixel| pixel[3]);
-            let alpha: Vec<f32> = alpha.collect();
-            arrays.push(Array::new(ALPHA, Element::F32, vec![height, width], alpha));
+            let alpha = frame.film.beauty().par_iter().map(|pixel| pixel[3].to_le_bytes());
+            let shape = vec![height, width];
+            arrays.push(Array::owned(ALPHA.to_owned(), Element::F32, shape, alpha.collect()));
         }
         Ok(WriteReport {
             bytes: write(arrays, encoding.npz, out)?,
@@ -94,8 +94,8 @@ fn arrays_of(plane: &Plane, size: [usize; 2]) -> Vec<Array<'_>> {
         let shape = [&size[..], &[spec.ranks as usize]].concat();
         let coverage = format!("{}_coverage", spec.name);
         return vec![
-            Array::new(&spec.name, Element::U32, shape.clone(), ranked(plane, 0)),
-            Array::new(coverage, Element::F32, shape, ranked(plane, 1)),
+            Array::owned(spec.name.clone(), Element::U32, shape.clone(), ranked(plane, 0)),
+            Array::owned(coverage, Element::F32, shape, ranked(plane, 1)),
         ];
     }
     let element = match spec.pass.pixel {
@@ -107,19 +107,27 @@ fn arrays_of(plane: &Plane, size: [usize; 2]) -> Vec<Array<'_>> {
     vec![if spec.width() == channels {
         Array::new(name, element, shape, plane.values.as_slice())
     } else {
-        let pixels = plane.values.par_chunks_exact(spec.width());
-        let values: Vec<f32> = pixels.flat_map_iter(|pixel| pixel[..channels].to_vec()).collect();
-        Array::new(name, element, shape, values)
+        let pixels = plane.values.chunks_exact(spec.width());
+        let values = pixels.flat_map(|pixel| &pixel[..channels]);
+        let bytes = values.map(|v| v.to_le_bytes()).collect();
+        Array::owned(name.to_owned(), element, shape, bytes)
     }]
 }
 
 /// The ids (0) or the coverages (1) of all ranks of each pixel.
-fn ranked(plane: &Plane, first: usize) -> Vec<f32> {
+fn ranked(plane: &Plane, first: usize) -> Vec<[u8; 4]> {
     let (step, ranks) = (plane.spec.step(), plane.spec.ranks as usize);
     let layers = plane.spec.width() / step;
     let layer = plane.values.len() / layers;
-    let pixel = |i: usize| (0..ranks).map(move |rank| plane.values[rank / 2 * layer + i * step + rank % 2 * 2 + first]);
-    (0..layer / step).into_par_iter().flat_map_iter(pixel).collect()
+    let mut numbers = vec![[0; 4]; layer / step * ranks];
+    let pixels = numbers.par_chunks_exact_mut(ranks).with_min_len(4096).enumerate();
+    pixels.for_each(|(i, numbers)| {
+        for (rank, number) in numbers.iter_mut().enumerate() {
+            let value = plane.values[rank / 2 * layer + i * step + rank % 2 * 2 + first];
+            *number = value.to_le_bytes();
+        }
+    });
+    numbers
 }
 
 /// The facts of a file by its metadata; of another program's file the size of its first picture.

@@ -19,13 +19,13 @@ use rayon::prelude::*;
 use super::{
     Attribute, Contents, Coverage, EncodeError, Encoding, FileFacts, Format, FrameImage, FrameMetadata, Shown, Value,
     WriteReport,
-    display::{DisplayEncoding, PixelDisplay, quantize, quantize16},
+    display::{DisplayEncoding, quantize, quantize16},
     encode::PngBits,
     join::{CropFile, JoinError},
     seal,
 };
 use crate::{
-    film::{Film, Plane, Window},
+    film::{Film, Window},
     math::hash,
 };
 
@@ -110,12 +110,10 @@ pub(super) fn nans(frame: &FrameImage) -> u64 {
 
 /// The bytes of all pixels, row by row.
 fn display_values(frame: &FrameImage, bits: PngBits) -> Vec<u8> {
-    let (picture, metadata) = (frame.picture(), frame.metadata);
-    let pass = picture.spec.pass;
-    let display = PixelDisplay::new(pass.display, metadata.view, metadata.exposure, metadata.working_space);
+    let display = frame.display();
     let straight = |i: usize| {
-        let [r, g, b] = channels(picture, i);
-        match pass.is_light() {
+        let [r, g, b] = frame.channels(i);
+        match frame.picture().spec.pass.is_light() {
             true => frame.coverage.shown([r, g, b, frame.film.beauty()[i][3]]),
             false => [r, g, b],
         }
@@ -167,12 +165,6 @@ fn encoded<T: Copy + Send>(
             collect(pixels, rgba).into_flattened()
         }
     }
-}
-
-/// The first three channels of a pixel; missing channels are 0.
-pub(super) fn channels(plane: &Plane, pixel: usize) -> [f32; 3] {
-    let values = plane.pixel(pixel);
-    std::array::from_fn(|i| values.get(i).copied().unwrap_or(0.0))
 }
 
 fn collect<T: Send, const N: usize>(pixels: usize, pixel: impl Fn(usize) -> [T; N] + Sync + Send) -> Vec<[T; N]> {

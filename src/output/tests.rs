@@ -8,10 +8,7 @@ use ::exr::{
 };
 
 use super::*;
-use crate::{
-    film::{FilmLayout, PassRequest, Window, passes::BEAUTY},
-    math::WorkingSpace,
-};
+use crate::film::{FilmLayout, PassRequest, Window, passes::BEAUTY};
 
 fn film(passes: &[&str], size: [u32; 2]) -> Film {
     let passes = PassRequest::parse_list(passes.iter().copied()).unwrap();
@@ -24,15 +21,8 @@ fn film(passes: &[&str], size: [u32; 2]) -> Film {
 
 fn metadata() -> FrameMetadata {
     FrameMetadata {
-        frame: 7,
-        samples: 64,
-        seed: 5,
-        sampler: "sobol",
-        view: DisplayTransform::Srgb,
-        working_space: WorkingSpace::default(),
-        exposure: 0.0,
         fps: Some((24000, 1001)),
-        attributes: Vec::new(),
+        ..FrameMetadata::example(7, Vec::new())
     }
 }
 

@@ -24,6 +24,12 @@ fn arrays(file: &[u8]) -> BTreeMap<String, (String, Vec<u8>)> {
     arrays
 }
 
+/// The bits of the numbers of an array.
+fn bits(array: &[u8]) -> Vec<u32> {
+    let numbers = array.as_chunks().0.iter();
+    numbers.map(|number| u32::from_le_bytes(*number)).collect()
+}
+
 /// The bits of the channels of an EXR file of floats.
 fn channels(folder: &Folder, name: &str) -> BTreeMap<String, Vec<u32>> {
     let image = folder.open_exr(name);
@@ -101,7 +107,7 @@ fn arrays_have_the_bits_of_the_channels_of_exr_files() {
         let (facts, data) = &arrays[&format!("{name}.npy")];
         let expected = format!("{{'descr': '{kind}', 'fortran_order': False, 'shape': ({shape}), }}");
         assert_eq!(*facts, expected, "{name}");
-        let numbers: Vec<u32> = data.as_chunks().0.iter().map(|b| u32::from_le_bytes(*b)).collect();
+        let numbers = bits(data);
         for (i, of_exr) in channels.iter().enumerate() {
             let of_npz: Vec<u32> = numbers.iter().skip(i).step_by(channels.len()).copied().collect();
             assert!(of_npz == channel(of_exr), "{name}: {of_exr}");
@@ -112,13 +118,7 @@ fn arrays_have_the_bits_of_the_channels_of_exr_files() {
     assert_eq!(metadata["window"], serde_json::json!([3, 2, 45, 27]));
     assert_eq!(metadata["resolution"], serde_json::json!([48, 27]));
     assert_eq!(metadata["worldToCamera"][3][3], 1.0);
-    let ids: Vec<u32> = arrays["CryptoObject.npy"]
-        .1
-        .as_chunks()
-        .0
-        .iter()
-        .map(|b| u32::from_le_bytes(*b))
-        .collect();
+    let ids = bits(&arrays["CryptoObject.npy"].1);
     for (name, id) in metadata["mattes"]["CryptoObject"].as_object().expect("names") {
         let id = id.as_u64().and_then(|id| u32::try_from(id).ok()).expect("a number");
         assert!(ids.contains(&id), "{name}");
@@ -158,13 +158,7 @@ fn arrays_of_denoised_frames_have_all_passes_of_the_denoised_exr_files() {
         ),
         ("beauty_a", &["beauty_a.R", "beauty_a.G", "beauty_a.B"]),
     ] {
-        let numbers: Vec<u32> = arrays[&format!("{array}.npy")]
-            .1
-            .as_chunks()
-            .0
-            .iter()
-            .map(|b| u32::from_le_bytes(*b))
-            .collect();
+        let numbers = bits(&arrays[&format!("{array}.npy")].1);
         for (i, name) in of_exr.iter().enumerate() {
             let of_npz: Vec<u32> = numbers.iter().skip(i).step_by(of_exr.len()).copied().collect();
             assert!(of_npz == channels[*name], "{name}");

@@ -2,18 +2,10 @@
 
 use crate::{
     common::{Folder, pixels},
-    parts::MODEL,
+    parts::{HEAD, MODEL},
 };
 
-const SCENE: &str = r#"
-[render]
-width = 32
-height = 32
-samples = 4
-[camera]
-orthographic = { eye = [0, 0, 5], target = [0, 0, 0], height = 4 }
-[background]
-color = 0.3
+const MATERIALS: &str = r#"
 [material.red]
 matte = { albedo = [0.8, 0.1, 0.1] }
 [material.blue]
@@ -54,7 +46,7 @@ fn playing_model() -> String {
 fn frames(objects: &str, values: &str, range: &str) -> Vec<(Vec<[f32; 3]>, Vec<u8>)> {
     let folder = Folder::new();
     folder.write("car.gltf", &playing_model());
-    folder.write("s.toml", &format!("{SCENE}{objects}"));
+    folder.write("s.toml", &format!("{HEAD}{MATERIALS}{objects}"));
     let mut args = vec!["s.toml", "-o", "f.##.exr", "--exr-type", "float", "--range", range];
     if !values.is_empty() {
         folder.write("v.csv", values);

@@ -26,7 +26,8 @@ pub const MODEL: &str = r#"{"asset": {"version": "2.0"}, "buffers": [{"byteLengt
     {"mesh": 1, "translation": [0.9, 0.9, 0.2], "scale": [0.3, 0.3, 0.3]},
     {"name": "spare", "mesh": 0, "translation": [0, -1.2, 0.5], "extensions": {"KHR_node_visibility": {"visible": false}}}]}"#;
 
-const SCENE: &str = r#"
+/// The head of a scene whose camera looks at the model from the front.
+pub const HEAD: &str = r#"
 [render]
 width = 32
 height = 32
@@ -35,6 +36,9 @@ samples = 4
 orthographic = { eye = [0, 0, 5], target = [0, 0, 0], height = 4 }
 [background]
 color = 0.3
+"#;
+
+const CAR: &str = r#"
 [[object]]
 name = "car"
 shape.mesh = { file = "car.gltf" }
@@ -50,7 +54,7 @@ const JOB: [&str; 6] = ["s.toml", "-o", "f.##.exr", "--skip-existing", "--exr-ty
 
 fn folder(table: &str) -> Folder {
     let folder = Folder::new();
-    folder.write("s.toml", &format!("values = \"v.csv\"\n{SCENE}"));
+    folder.write("s.toml", &format!("values = \"v.csv\"\n{HEAD}{CAR}"));
     folder.write("v.csv", table);
     folder.write("car.gltf", MODEL);
     folder
@@ -110,7 +114,7 @@ fn a_changed_row_of_a_part_concerns_its_own_frames() {
 #[test]
 fn a_flag_sets_what_a_table_sets() {
     let folder = folder(TABLE);
-    folder.write("s.toml", SCENE);
+    folder.write("s.toml", &format!("{HEAD}{CAR}"));
     let render = |name: &str, args: &[&str]| {
         let file = format!("{name}.exr");
         folder.succeed(&[&["s.toml", "-o", &file, "--samples", "4"], args].concat());
@@ -152,7 +156,7 @@ fn a_flag_sets_what_a_table_sets() {
 #[test]
 fn a_material_of_the_scene_takes_the_place_of_one_of_the_model() {
     let folder = folder(TABLE);
-    let scene = format!("{SCENE}[material.steel]\nmatte = {{ albedo = [0, 0, 1] }}\n");
+    let scene = format!("{HEAD}{CAR}[material.steel]\nmatte = {{ albedo = [0, 0, 1] }}\n");
     folder.write("s.toml", &scene);
     let render = |name: &str, args: &[&str]| {
         let file = format!("{name}.exr");
@@ -179,7 +183,7 @@ fn a_material_of_the_scene_takes_the_place_of_one_of_the_model() {
 #[test]
 fn names_of_parts_that_are_unknown_are_wrong_usage_of_a_flag_and_wrong_data_of_a_file() {
     let folder = folder(TABLE);
-    folder.write("s.toml", SCENE);
+    folder.write("s.toml", &format!("{HEAD}{CAR}"));
     let set = |value: &str| folder.fail(2, &["s.toml", "--set", value]);
     let message = set("object.car.node.Whel.visible=false");
     let expected = "--set object.car.node.Whel.visible: unknown node `Whel` (did you mean `Wheel`?)";
@@ -205,7 +209,7 @@ fn names_of_parts_that_are_unknown_are_wrong_usage_of_a_flag_and_wrong_data_of_a
 #[test]
 fn objects_and_materials_of_obj_files_have_names_too() {
     let folder = folder(TABLE);
-    folder.write("s.toml", &SCENE.replace("car.gltf", "car.obj"));
+    folder.write("s.toml", &format!("{HEAD}{CAR}").replace("car.gltf", "car.obj"));
     folder.write("car.mtl", "newmtl red\nKd 0.8 0.1 0.1\nnewmtl blue\nKd 0.1 0.1 0.8\n");
     let triangle = |x: f32| format!("v {x} 0 0\nv {} 0 0\nv {x} 1 0\n", x + 1.0);
     let text = format!(

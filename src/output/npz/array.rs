@@ -56,23 +56,26 @@ pub(super) struct Array<'a> {
 
 impl<'a> Array<'a> {
     /// An array of numbers, or of the bits of whole ones.
-    pub fn new(
-        name: impl Into<String>,
-        element: Element,
-        shape: Vec<usize>,
-        values: impl Into<Cow<'a, [f32]>>,
-    ) -> Self {
-        let bytes = match values.into() {
-            values if cfg!(target_endian = "big") => Cow::Owned(values.iter().flat_map(|v| v.to_le_bytes()).collect()),
-            Cow::Borrowed(values) => bytemuck::cast_slice(values).into(),
-            Cow::Owned(values) => Cow::Owned(bytemuck::cast_slice(&values).to_vec()),
+    pub fn new(name: &str, element: Element, shape: Vec<usize>, values: &'a [f32]) -> Self {
+        let bytes = match cfg!(target_endian = "big") {
+            true => Cow::Owned(values.iter().flat_map(|v| v.to_le_bytes()).collect()),
+            false => bytemuck::cast_slice(values).into(),
         };
-        let name = name.into();
+        Self {
+            name: name.to_owned(),
+            element,
+            shape,
+            bytes,
+        }
+    }
+
+    /// An array of little-endian numbers.
+    pub fn owned(name: String, element: Element, shape: Vec<usize>, numbers: Vec<[u8; 4]>) -> Self {
         Self {
             name,
             element,
             shape,
-            bytes,
+            bytes: numbers.into_flattened().into(),
         }
     }
 
@@ -104,7 +107,7 @@ impl<'a> Array<'a> {
     }
 
     /// Reads a member of an archive with an array of this program, which has at least one byte; `None` for others.
-    pub fn parse(name: &str, member: Vec<u8>) -> Option<Array<'static>> {
+    pub fn parse(name: &str, mut member: Vec<u8>) -> Option<Array<'static>> {
         let rest = member.strip_prefix(MAGIC)?;
         let (length, rest) = rest.split_first_chunk()?;
         let (facts, data) = rest.split_at_checked(usize::from(u16::from_le_bytes(*length)))?;
@@ -116,11 +119,15 @@ impl<'a> Array<'a> {
         let element = Element::parse(code)?;
         let size = shape.iter().try_fold(element.size(), |size, n| size.checked_mul(*n))?;
         // Another dimension of an empty array may be of any size.
-        (size > 0 && size == data.len()).then(|| Array {
+        if size == 0 || size != data.len() {
+            return None;
+        }
+        member.drain(..member.len() - size);
+        Some(Array {
             name: name.strip_suffix(ENDING).unwrap_or(name).to_owned(),
             element,
             shape,
-            bytes: Cow::Owned(data.to_vec()),
+            bytes: Cow::Owned(member),
         })
     }
 

@@ -16,6 +16,7 @@ use crate::{
 };
 
 /// The arrays of a file, and how they are packed.
+#[derive(Clone)]
 struct Crop {
     metadata: String,
     resolution: [u32; 2],
@@ -26,39 +27,39 @@ struct Crop {
 
 /// The bytes of the file of the whole picture.
 pub(super) fn join(crops: &[CropFile], own: &[Attribute]) -> Result<Vec<u8>, JoinError> {
-    let first = read(&crops[0], own)?;
-    let [width, height] = first.resolution.map(|side| side as usize);
-    let mut whole: Vec<(Array, Vec<u8>)> = Vec::new();
-    for array in &first.arrays {
-        let shape = [&[height, width], &array.shape[2..]].concat();
-        let pixels = vec![0; width * height * array.pixel_size()];
-        whole.push((
-            Array {
-                shape,
-                bytes: Cow::Borrowed(&[]),
-                ..array.clone()
-            },
-            pixels,
-        ));
-    }
+    // The first crop without its pixels, and the pixels of the whole picture.
+    let mut whole: Option<(Crop, Vec<Vec<u8>>)> = None;
     for crop in crops {
-        let other = read(crop, own)?;
+        let mut read = read(crop, own)?;
+        let arrays: Vec<Array> = read.arrays.iter_mut().map(take).collect();
+        let (first, whole) = whole.get_or_insert_with(|| {
+            let pixels = read.resolution.map(|side| side as usize).iter().product::<usize>();
+            let empty = arrays
+                .iter()
+                .map(|array| vec![0; pixels * array.pixel_size()])
+                .collect();
+            (read.clone(), empty)
+        });
         let is_same =
             |(a, b): (&Array, &Array)| (&a.name, a.element, &a.shape[2..]) == (&b.name, b.element, &b.shape[2..]);
-        let are_same = other.arrays.len() == first.arrays.len() && other.arrays.iter().zip(&first.arrays).all(is_same);
-        if !are_same || other.metadata != first.metadata || other.compression != first.compression {
+        let are_same = read.arrays.len() == first.arrays.len() && read.arrays.iter().zip(&first.arrays).all(is_same);
+        if !are_same || read.metadata != first.metadata || read.compression != first.compression {
             return Err(JoinError::different(&crops[0], crop));
         }
-        for (array, (_, pixels)) in other.arrays.iter().zip(&mut whole) {
+        let width = first.resolution[0] as usize;
+        let (x, y) = (crop.window.x0 as usize, crop.window.y0 as usize);
+        for (array, pixels) in arrays.iter().zip(whole) {
             let pixel = array.pixel_size();
-            let (x, y) = (crop.window.x0 as usize, crop.window.y0 as usize);
             let rows = array.bytes.chunks_exact(crop.window.width() as usize * pixel);
             for (line, row) in (y..).zip(rows) {
                 pixels[(line * width + x) * pixel..][..row.len()].copy_from_slice(row);
             }
         }
     }
-    let arrays = whole.into_iter().map(|(array, pixels)| Array {
+    let (first, whole) = whole.expect("there is a crop");
+    let [width, height] = first.resolution.map(|side| side as usize);
+    let arrays = first.arrays.into_iter().zip(whole).map(|(array, pixels)| Array {
+        shape: [&[height, width], &array.shape[2..]].concat(),
         bytes: Cow::Owned(pixels),
         ..array
     });
@@ -70,6 +71,12 @@ pub(super) fn join(crops: &[CropFile], own: &[Attribute]) -> Result<Vec<u8>, Joi
     let written = write(arrays, first.compression, &mut file);
     written.map_err(|error| JoinError::unfit(&crops[0], &error))?;
     Ok(file)
+}
+
+/// Leaves an array without its numbers, and returns it with them.
+fn take(array: &mut Array<'static>) -> Array<'static> {
+    let bytes = std::mem::take(&mut array.bytes);
+    Array { bytes, ..array.clone() }
 }
 
 fn read(crop: &CropFile, own: &[Attribute]) -> Result<Crop, JoinError> {

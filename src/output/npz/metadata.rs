@@ -5,7 +5,11 @@ use serde_json::{Map, Number, Value as Json};
 use super::array::{Array, Element};
 use crate::{
     film::Window,
-    output::{Attribute, FileFacts, FrameImage, Value, frame_attributes::attributes, seal},
+    output::{
+        Attribute, FileFacts, FrameImage, Value,
+        frame_attributes::{Conventions, attributes},
+        seal,
+    },
 };
 
 /// The name of the array.
@@ -17,13 +21,13 @@ const RESOLUTION: &str = "resolution";
 const WINDOW: &str = "window";
 const CONVENTIONS: &str = "batch-render/conventions";
 
-/// The conventions of a file's numbers, for readers without the manual.
-const TEXT_OF_CONVENTIONS: &str = "arrays are [row, column, channel] from the upper left pixel of the window, which is columns x0 to \
-    x1 and rows y0 to y1 of a picture of this resolution; pixel centres are at .5; the world is right-handed, in metres; worldToCamera and \
-    worldToNDC take row vectors; camera space is left-handed: x to the right, y up, z along the line of sight; NDC is 0 0 in the \
-    upper left corner of the picture and 1 1 in the lower right one; rgba is premultiplied light; depth is z in camera space (of a \
-    panorama or a fisheye the distance along the ray), distance that along the ray, both in metres and 1e10 where nothing is met; N and \
-    P are in the world; forward and backward are pixels to the right and upwards (u, v) and metres of depth (z)";
+const OF_ARRAYS: Conventions = Conventions {
+    pixels: "arrays are [row, column, channel] from the upper left pixel of the window, which is columns x0 to x1 and rows y0 to y1 \
+             of a picture of this resolution; pixel centres are at .5",
+    picture: "picture",
+    depth: "rgba is premultiplied light; depth",
+    distance: "distance that",
+};
 
 /// The metadata of a frame.
 pub(super) fn text(frame: &FrameImage) -> String {
@@ -32,7 +36,7 @@ pub(super) fn text(frame: &FrameImage) -> String {
         .filter(|attribute| attribute.name != seal::NAME)
         .map(|attribute| (attribute.name, json(attribute.value)))
         .collect();
-    map.insert(CONVENTIONS.to_owned(), TEXT_OF_CONVENTIONS.into());
+    map.insert(CONVENTIONS.to_owned(), OF_ARRAYS.text().into());
     map.insert(RESOLUTION.to_owned(), frame.film.resolution.to_vec().into());
     let mattes = frame.planes().iter().filter_map(|plane| {
         let names = plane.spec.mattes.as_ref()?.mattes.iter();

@@ -5,8 +5,7 @@ use std::{io, path::PathBuf};
 use super::*;
 use crate::{
     film::{Film, FilmLayout, PassRequest, Window},
-    math::WorkingSpace,
-    output::{Coverage, DisplayTransform, FrameMetadata, NpzCompression, Shown, encode, sealed},
+    output::{Coverage, FrameMetadata, NpzCompression, Shown, encode, sealed},
 };
 
 fn encodings() -> [Encoding; 2] {
@@ -41,17 +40,7 @@ fn film(passes: &[&str], window: Window) -> Film {
 }
 
 fn metadata() -> FrameMetadata {
-    FrameMetadata {
-        frame: -3,
-        samples: 64,
-        seed: 5,
-        sampler: "sobol",
-        view: DisplayTransform::Srgb,
-        working_space: WorkingSpace::default(),
-        exposure: 0.0,
-        fps: None,
-        attributes: vec![Attribute::new("fingerprint", "a window's")],
-    }
+    FrameMetadata::example(-3, vec![Attribute::new("fingerprint", "a window's")])
 }
 
 fn bytes(film: &Film, shown: Shown, encoding: Encoding) -> Vec<u8> {

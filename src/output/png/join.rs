@@ -12,6 +12,7 @@ use crate::output::{
 };
 
 /// A decoded file.
+#[derive(Clone, PartialEq)]
 struct Crop {
     color: ::png::ColorType,
     depth: ::png::BitDepth,
@@ -25,22 +26,24 @@ struct Crop {
 
 /// The bytes of the file of the whole picture.
 pub(super) fn join(crops: &[CropFile], own: &[Attribute]) -> Result<Vec<u8>, JoinError> {
-    let first = read(&crops[0], own)?;
-    let pixel = first.color.samples() * if first.depth == ::png::BitDepth::Sixteen { 2 } else { 1 };
-    let [width, height] = first.resolution.map(|side| side as usize);
-    let mut bytes = vec![0; width * height * pixel];
+    // The first crop without its pixels, and the bytes of the whole picture.
+    let mut whole: Option<(Crop, Vec<u8>)> = None;
     for crop in crops {
-        let other = read(crop, own)?;
-        let kind = |crop: &Crop| (crop.color, crop.depth, crop.is_srgb, crop.resolution);
-        if kind(&other) != kind(&first) || other.texts != first.texts {
+        let mut read = read(crop, own)?;
+        let pixels = std::mem::take(&mut read.bytes);
+        let pixel = read.color.samples() * if read.depth == ::png::BitDepth::Sixteen { 2 } else { 1 };
+        let [width, height] = read.resolution.map(|side| side as usize);
+        let (first, bytes) = whole.get_or_insert_with(|| (read.clone(), vec![0; width * height * pixel]));
+        if read != *first {
             return Err(JoinError::different(&crops[0], crop));
         }
         let (x, y) = (crop.window.x0 as usize, crop.window.y0 as usize);
-        let rows = other.bytes.chunks_exact(crop.window.width() as usize * pixel);
+        let rows = pixels.chunks_exact(crop.window.width() as usize * pixel);
         for (line, row) in (y..).zip(rows) {
             bytes[(line * width + x) * pixel..][..row.len()].copy_from_slice(row);
         }
     }
+    let (first, bytes) = whole.expect("there is a crop");
     let picture = Picture {
         size: first.resolution,
         color: first.color,

@@ -3,7 +3,6 @@
 use super::*;
 use crate::{
     film::{Film, FilmLayout, PassRequest, Window, passes::BEAUTY},
-    math::WorkingSpace,
     output::{Attribute, DisplayTransform, FrameMetadata},
 };
 
@@ -24,17 +23,7 @@ fn film() -> Film {
 }
 
 fn metadata() -> FrameMetadata {
-    FrameMetadata {
-        frame: -3,
-        samples: 64,
-        seed: 5,
-        sampler: "sobol",
-        view: DisplayTransform::Srgb,
-        working_space: WorkingSpace::default(),
-        exposure: 0.0,
-        fps: None,
-        attributes: Vec::new(),
-    }
+    FrameMetadata::example(-3, Vec::new())
 }
 
 fn image<'a>(film: &'a Film, metadata: &'a FrameMetadata) -> FrameImage<'a> {
