@@ -318,7 +318,7 @@ impl FilePlan {
         Ok(Self {
             encoding,
             picture: patterns.picture().cloned(),
-            sidecars: request.metadata.clone(),
+            sidecars: Sidecar::with_sources(&request.metadata),
             has_arrays: patterns.has_arrays(),
             has_png_ids: request.png_ids.is_some(),
             files_of_caller: request.files_of_caller.clone(),

@@ -1,5 +1,6 @@
 //! The files that a job makes beside its pictures, and the list of all files that it writes.
 
+mod colmap;
 pub mod denoise;
 pub(super) mod denoised;
 mod films;
@@ -9,3 +10,4 @@ pub(super) mod merge;
 pub mod metadata;
 pub(super) mod sidecars;
 pub(super) mod targets;
+mod transforms;

@@ -272,7 +272,7 @@ const READERS: [(&str, &str); 12] = [
     ("src/compare/pairs.rs", "names of pictures in folders"),
     ("src/batch/resume/checkpoint.rs", "the state of an earlier run"),
     (
-        "src/batch/products/sidecars.rs",
+        "src/batch/products/transforms.rs",
         "what other parts of the job have written",
     ),
     ("src/cli/memory.rs", "the process's own memory"),

@@ -58,24 +58,87 @@ fn points_are_seen_where_transforms_of_distorted_cameras_say() {
             "frame, eye_x, eye_y, eye_z, target_x, target_y, target_z\n3, 0, 1, 4, 0, 0, 0\n4, 3, 0, 2, 0, 0, 0\n",
         );
         let pictures = ["-o", "out/f.####.exr", "-o", "out/f.####.png", "--progress", "none"];
-        let args = [
-            "s.toml",
-            "--frames",
-            "path.csv",
-            "--aovs",
-            "P",
-            "--metadata",
-            "transforms",
-        ];
+        let args = ["s.toml", "--frames", "path.csv", "--aovs", "P", "--metadata", "colmap"];
         for window in [&[][..], &["--crop", "14,9,50,44"], &["--overscan", "8"]] {
             folder.succeed(&[&args[..], &pictures, window].concat());
             check_transforms(&folder);
+            check_colmap(&folder);
         }
         let transforms: Value = serde_json::from_slice(&folder.read("out/transforms.json")).expect("JSON");
         assert_eq!(transforms["camera_model"], model);
         let row = &transforms["frames"][0]["transform_matrix"][0];
         assert_eq!(numbers(row).len(), 4);
     }
+}
+
+/// Compares the reconstruction of COLMAP with `transforms.json`: poses and parameters.
+fn check_colmap(folder: &Folder) {
+    let transforms: Value = serde_json::from_slice(&folder.read("out/transforms.json")).expect("JSON");
+    let lines = |name: &str| -> Vec<Vec<String>> {
+        let text = String::from_utf8(folder.read(&format!("out/sparse/0/{name}"))).expect("UTF-8");
+        let lines = text.lines().filter(|line| !line.starts_with('#'));
+        lines
+            .map(|line| line.split_whitespace().map(str::to_owned).collect())
+            .collect()
+    };
+    let parsed = |words: &[String]| -> Vec<f64> { words.iter().map(|word| word.parse().expect("a number")).collect() };
+    let [camera] = &lines("cameras.txt")[..] else {
+        panic!("cameras with the same numbers are one")
+    };
+    let images = lines("images.txt");
+    let frames = transforms["frames"].as_array().expect("frames");
+    assert_eq!(images.len(), 2 * frames.len());
+    assert!(lines("points3D.txt").is_empty());
+    for (image, frame) in images.chunks(2).zip(frames) {
+        let number = |name: &str| frame[name].as_f64().unwrap_or(0.0);
+        let names = match &camera[1][..] {
+            "PINHOLE" => &["fl_x", "fl_y", "cx", "cy"][..],
+            "OPENCV_FISHEYE" => &["fl_x", "fl_y", "cx", "cy", "k1", "k2", "k3", "k4"],
+            "FULL_OPENCV" => &["fl_x", "fl_y", "cx", "cy", "k1", "k2", "p1", "p2", "k3", "", "", ""],
+            other => panic!("{other}"),
+        };
+        let expected: Vec<f64> = names.iter().map(|name| number(name)).collect();
+        let found = parsed(&camera[4..]);
+        assert_eq!(found.len(), expected.len());
+        assert!(
+            found.iter().zip(&expected).all(|(a, b)| (a - b).abs() < 1e-9),
+            "{found:?}"
+        );
+        assert_eq!(
+            parsed(&camera[2..4]),
+            [number_of(&transforms["w"]), number_of(&transforms["h"])]
+        );
+
+        let [head, points] = image else {
+            panic!("two lines an image")
+        };
+        assert!(points.is_empty());
+        assert_eq!(
+            (&head[8][..], &head[9][..]),
+            ("1", frame["file_path"].as_str().expect("a name"))
+        );
+        let [w, x, y, z, tx, ty, tz] = parsed(&head[1..8])[..] else {
+            panic!("a pose has seven numbers")
+        };
+        let rotation = glam::DQuat::from_xyzw(x, y, z, w);
+        let rows: Vec<Vec<f64>> = frame["transform_matrix"]
+            .as_array()
+            .expect("rows")
+            .iter()
+            .map(numbers)
+            .collect();
+        let column = |c: usize| DVec3::new(rows[0][c], rows[1][c], rows[2][c]);
+        for point in [DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0), DVec3::new(-4.0, 0.5, 7.0)] {
+            let from_eye = point - column(3);
+            let [right, up, back] = [0, 1, 2].map(|c| from_eye.dot(column(c)));
+            let seen = rotation * point + DVec3::new(tx, ty, tz);
+            assert!(seen.abs_diff_eq(DVec3::new(right, -up, -back), 1e-12), "{seen}");
+        }
+    }
+}
+
+fn number_of(value: &Value) -> f64 {
+    value.as_f64().expect("a number")
 }
 
 #[test]

@@ -3,6 +3,7 @@
 //! | name | file | content |
 //! |---|---|---|
 //! | `transforms` | `transforms.json` | the camera of each frame, as NeRF programs read it |
+//! | `colmap` | `sparse/0/cameras.txt`, `images.txt` and `points3D.txt`, and `transforms.json` | the same cameras, as COLMAP reads them |
 //! | `ids` | `ids.json` | the names of objects and materials by the numbers of `objectId` and `materialId` |
 //!
 //! They are written to the folder of the pictures. Source of the first: Mildenhall et al., "NeRF", ECCV 2020,
@@ -20,14 +21,28 @@ named! {
     /// A file beside the pictures.
     pub enum Sidecar: "metadata" {
         Transforms = "transforms",
+        Colmap = "colmap",
         Ids = "ids",
     }
 }
 
 impl Sidecar {
-    /// The path of the file, beside a picture.
+    /// The path of the file, or of the main one, beside a picture.
     pub fn path(self, picture: &Path) -> PathBuf {
-        picture.with_file_name(self.name()).with_extension("json")
+        picture.with_file_name(match self {
+            Self::Transforms => "transforms.json",
+            Self::Colmap => "sparse/0/images.txt",
+            Self::Ids => "ids.json",
+        })
+    }
+
+    /// These with those that they are made from.
+    pub(in crate::batch) fn with_sources(list: &[Self]) -> Vec<Self> {
+        let mut all = list.to_vec();
+        if all.contains(&Self::Colmap) && !all.contains(&Self::Transforms) {
+            all.push(Self::Transforms);
+        }
+        all
     }
 }
 
