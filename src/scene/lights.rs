@@ -120,15 +120,10 @@ impl Lights {
         Self::with_pictures(geometry, shading, pictures(shading, |_, _| None))
     }
 
-    /// The lights after a change of other things than analytic lights and textures.
+    /// The lights after a change of other things than textures.
     pub fn renewed(&self, geometry: &SceneGeometry, shading: &SceneShading) -> Self {
-        Self::with_pictures(geometry, shading, self.pictures.clone())
-    }
-
-    /// The lights after a change of analytic lights, of which `old` were those before, but not of textures.
-    pub fn replaced(&self, geometry: &SceneGeometry, shading: &SceneShading, old: &[Light]) -> Self {
         let known = |light: usize, new: &Picture| {
-            let is_same = old.get(light).and_then(Light::picture) == Some(new);
+            let is_same = self.all.get(light).and_then(Light::picture) == Some(new);
             self.pictures.get(light).filter(|_| is_same)?.clone()
         };
         Self::with_pictures(geometry, shading, pictures(shading, known))

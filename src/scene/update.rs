@@ -146,13 +146,12 @@ impl Scene {
         let is_textured = self.lights.emitters().count() > 0 || self.lights.has_pictures();
         let changes_textures = !update.textures.is_empty();
         shines |= changes_textures && is_textured;
-        let old = Arc::clone(&shading.lights);
         shading.update(update);
         if shines {
             self.lights = if changes_textures {
                 Lights::new(&self.geometry, &self.shading)
             } else {
-                self.lights.replaced(&self.geometry, &self.shading, &old)
+                self.lights.renewed(&self.geometry, &self.shading)
             };
         }
         Ok(())
