@@ -85,10 +85,28 @@ pub struct SceneShading {
     reads_footprints: bool,
     reads_scene_places: bool,
     pub(crate) bsdfs: MaterialBsdfs,
-    /// The normal maps that are given to the first materials.
-    given_normal_maps: Vec<Option<NormalMap>>,
+    /// Whether a material has a map of heights.
+    reads_heights: bool,
     /// The normal map of each material.
-    normal_maps: Vec<Option<NormalMap>>,
+    normal_maps: Vec<Option<MaterialNormalMap>>,
+}
+
+/// The normal map of a material.
+#[derive(Clone, Copy, Debug)]
+struct MaterialNormalMap {
+    map: NormalMap,
+    /// Whether it is given to the material, rather than the material's own.
+    is_given: bool,
+}
+
+impl MaterialNormalMap {
+    fn given(map: NormalMap) -> Self {
+        Self { map, is_given: true }
+    }
+
+    fn own(map: NormalMap) -> Self {
+        Self { map, is_given: false }
+    }
 }
 
 /// New values of the shading.
@@ -133,8 +151,11 @@ impl SceneShading {
                 || textures.iter().any(|texture| texture.pattern.is_band_limited()),
             reads_scene_places: textures.iter().any(Texture::reads_scene),
             bsdfs: MaterialBsdfs::default(),
-            given_normal_maps,
-            normal_maps: Vec::new(),
+            reads_heights: false,
+            normal_maps: given_normal_maps
+                .into_iter()
+                .map(|map| map.map(MaterialNormalMap::given))
+                .collect(),
             materials,
             material_names,
             textures,
@@ -158,10 +179,7 @@ impl SceneShading {
             self.materials[id.0 as usize] = material;
         }
         for (id, map) in update.normal_maps {
-            let at = id.0 as usize;
-            let count = self.given_normal_maps.len().max(at + 1);
-            self.given_normal_maps.resize(count, None);
-            self.given_normal_maps[at] = map;
+            self.normal_maps[id.0 as usize] = map.map(MaterialNormalMap::given);
         }
         for (id, transform) in update.textures {
             let texture = &mut self.textures[id.0 as usize];
@@ -185,15 +203,17 @@ impl SceneShading {
     /// Computes what follows from the materials.
     fn derive(&mut self) {
         self.media = Media::new(&self.materials);
-        let given = self.given_normal_maps.iter().copied().chain(std::iter::repeat(None));
-        let materials = self.materials.iter().zip(given);
-        self.normal_maps = materials
-            .map(|(material, given)| given.or(material.normal_map()))
-            .collect();
-        self.bsdfs = MaterialBsdfs::new(&self.materials, &self.given_normal_maps);
-        let varies =
-            |(material, map): (&Material, &Option<NormalMap>)| material.is_spatially_varying() || map.is_some();
-        self.is_spatially_varying = self.materials.iter().zip(&self.normal_maps).map(varies).collect();
+        self.normal_maps.resize(self.materials.len(), None);
+        for (map, material) in self.normal_maps.iter_mut().zip(&self.materials) {
+            let given = map.filter(|map| map.is_given);
+            *map = given.or_else(|| material.normal_map().map(MaterialNormalMap::own));
+        }
+        let is_given = |id: MaterialId| self.given_normal_map(id).is_some();
+        self.bsdfs = MaterialBsdfs::new(&self.materials, is_given);
+        let maps = self.normal_maps.iter();
+        let varies = |(material, map): (&Material, &Option<_>)| material.is_spatially_varying() || map.is_some();
+        self.is_spatially_varying = self.materials.iter().zip(maps.clone()).map(varies).collect();
+        self.reads_heights = maps.flatten().any(|own| matches!(own.map, NormalMap::Heights(_)));
         self.has_mixtures = self.materials.iter().any(|material| material.mixture().is_some());
     }
 
@@ -205,12 +225,13 @@ impl SceneShading {
     /// The normal map of a material: the one that it is given, or its own.
     #[inline]
     pub fn normal_map(&self, id: MaterialId) -> Option<&NormalMap> {
-        self.normal_maps[id.0 as usize].as_ref()
+        self.normal_maps[id.0 as usize].as_ref().map(|own| &own.map)
     }
 
     /// The normal map that a material is given in place of its own.
     pub(super) fn given_normal_map(&self, id: MaterialId) -> Option<&NormalMap> {
-        self.given_normal_maps.get(id.0 as usize)?.as_ref()
+        let own = self.normal_maps[id.0 as usize].as_ref();
+        own.filter(|own| own.is_given).map(|own| &own.map)
     }
 
     /// The textures and bitmaps that materials refer to.
@@ -253,6 +274,12 @@ impl SceneShading {
             (material, number) = mixture.choose(&self.textures(), at, number);
         }
         material
+    }
+
+    /// Whether a material has a map of heights, which reads [`SurfaceInteraction::height_axis`](super::SurfaceInteraction).
+    #[inline]
+    pub(super) fn reads_heights(&self) -> bool {
+        self.reads_heights
     }
 
     /// Whether a texture reads where its points are in the scene.

@@ -1,7 +1,11 @@
 //! The object and the material of an instance.
 
 use super::{NodeId, ObjectId, SurfaceInteraction, interaction::HitGeometry};
-use crate::{material::MaterialId, math::Transform, texture::TextureSpace};
+use crate::{
+    material::MaterialId,
+    math::{Transform, Vec3},
+    texture::TextureSpace,
+};
 
 /// The transform from the space of an instance's group to the space of its object, in which
 /// textures are evaluated.
@@ -29,20 +33,19 @@ pub struct InstanceRecord {
 }
 
 impl InstanceRecord {
-    /// Sets the texture point of `surface`, transformed from the group's space into the object's, and the axis of its heights.
+    /// Sets the texture point of `surface`, transformed from the group's space into the object's.
     pub(super) fn fill_texture_point(
         &self,
         surface: &mut SurfaceInteraction,
-        (geometry, world_from_group): (&HitGeometry, &Transform),
+        geometry: &HitGeometry,
         object_transforms: &[Transform],
     ) {
         let texture = &mut surface.texture;
         match self.object_from_group {
-            ObjectFromGroup::Identity => surface.height_axis = world_from_group.vector_to_world(texture.n),
+            ObjectFromGroup::Identity => {}
             ObjectFromGroup::WorldFromGroup => {
                 (texture.p, texture.n) = (geometry.p, geometry.ng);
                 texture.space = TextureSpace::Scene;
-                surface.height_axis = texture.n;
                 (texture.dpdu, texture.dpdv) = (surface.dpdu, surface.dpdv);
             }
             ObjectFromGroup::At(place) => {
@@ -51,7 +54,17 @@ impl InstanceRecord {
                 texture.n = place.normal_to_world(texture.n).normalize();
                 texture.dpdu = place.vector_to_world(texture.dpdu);
                 texture.dpdv = place.vector_to_world(texture.dpdv);
-                surface.height_axis = world_from_group.vector_to_world(place.vector_to_local(texture.n));
+            }
+        }
+    }
+
+    /// The image in the scene of `n` in the object's own space.
+    pub(super) fn height_axis(&self, n: Vec3, world_from_group: &Transform, object_transforms: &[Transform]) -> Vec3 {
+        match self.object_from_group {
+            ObjectFromGroup::Identity => world_from_group.vector_to_world(n),
+            ObjectFromGroup::WorldFromGroup => n,
+            ObjectFromGroup::At(place) => {
+                world_from_group.vector_to_world(object_transforms[place as usize].vector_to_local(n))
             }
         }
     }

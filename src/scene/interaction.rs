@@ -43,7 +43,7 @@ pub struct SurfaceInteraction {
     /// Unit direction back along the ray.
     pub wo: Vec3,
     /// The image in the scene of the unit normal in the object's own space, along which a unit of height lifts the surface. Unspecified
-    /// for constant materials.
+    /// for constant materials, and in scenes whose materials have no heights.
     pub height_axis: Vec3,
     /// The texture point, in the object's own space; for constant materials only `uv` and the curvature are set.
     pub texture: TexturePoint,

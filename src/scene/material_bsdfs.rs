@@ -4,7 +4,7 @@ use std::{borrow::Cow, sync::OnceLock};
 
 use crate::{
     bsdf::Bsdf,
-    material::{BatchKind, Material, MaterialId, NormalMap},
+    material::{BatchKind, Material, MaterialId},
     texture::{TexturePoint, Textures},
 };
 
@@ -23,12 +23,12 @@ struct MaterialBsdf {
 }
 
 impl MaterialBsdfs {
-    /// Precomputes these materials; the first of them are given these normal maps.
-    pub fn new(materials: &[Material], normal_maps: &[Option<NormalMap>]) -> Self {
+    /// Precomputes these materials, some of which are given a normal map.
+    pub fn new(materials: &[Material], is_given_map: impl Fn(MaterialId) -> bool) -> Self {
         let of = |(i, material): (usize, &Material)| MaterialBsdf {
-            batch_kind: match normal_maps.get(i) {
-                Some(Some(_)) => BatchKind::Alone,
-                _ => material.batch_kind(),
+            batch_kind: match is_given_map(MaterialId(i as u32)) {
+                true => BatchKind::Alone,
+                false => material.batch_kind(),
             },
             constant: (!material.is_spatially_varying()).then(OnceLock::new),
         };

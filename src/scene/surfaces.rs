@@ -289,8 +289,10 @@ impl Scene {
             dpdv,
             ..place
         };
-        let n = surface.texture.n;
-        surface.height_axis = mesh.transform.as_ref().map_or(n, |t| t.vector_to_world(n));
+        if self.shading.reads_heights() {
+            let n = surface.texture.n;
+            surface.height_axis = mesh.transform.as_ref().map_or(n, |t| t.vector_to_world(n));
+        }
         face.fill_attributes(hit, surface);
     }
 
@@ -333,7 +335,9 @@ impl Scene {
             }
             let in_world = |d: Vec3| transform.map_or(d, |t| t.vector_to_world(d));
             (surface.dpdu, surface.dpdv) = (in_world(local.dpdu), in_world(local.dpdv));
-            surface.height_axis = in_world(local.ng);
+            if self.shading.reads_heights() {
+                surface.height_axis = in_world(local.ng);
+            }
         }
         match transform {
             None => HitGeometry {
@@ -380,7 +384,11 @@ impl Scene {
                 uv_origin: face.mesh.uv_origins[0],
                 ..texture_point(&local)
             };
-            instance.fill_texture_point(surface, (&placed_geometry, t), &self.geometry.object_transforms);
+            let places = &self.geometry.object_transforms;
+            instance.fill_texture_point(surface, &placed_geometry, places);
+            if self.shading.reads_heights() {
+                surface.height_axis = instance.height_axis(surface.texture.n, t, places);
+            }
             face.fill_attributes(hit, surface);
             let tangent = surface.tangent;
             let side = if t.is_mirroring() { -tangent.w } else { tangent.w };
