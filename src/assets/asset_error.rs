@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use super::{
-    OverBudget, ies::IesError, image::ImageError, model::ModelChoice, model_format::ModelError, model_formats,
+    OverBudget, ies::IesError, image::ImageError, model_format::ModelError, model_formats,
     subdivision::SubdivisionProblem,
 };
 
@@ -40,7 +40,8 @@ pub enum AssetError {
     Subdivision {
         cause: Box<SubdivisionProblem>,
         path: PathBuf,
-        choice: Box<ModelChoice>,
+        /// The first of the requests that ask for it, by its index, if there are several.
+        request: Option<usize>,
         /// The name of an object that asks for it, if one does.
         object: Option<String>,
     },

@@ -64,7 +64,7 @@ pub(super) fn load_model(request: &ModelRequest, files: &Files) -> Result<Model,
         .map_err(|cause| AssetError::Subdivision {
             cause: Box::new(cause),
             path,
-            choice: Box::new(choice.clone()),
+            request: None,
             object: None,
         })?;
     }

@@ -158,7 +158,15 @@ impl Store {
         let mut once: Vec<&ModelRequest> = requests.iter().collect();
         once.sort();
         once.dedup();
-        let loaded = collect(once.into_par_iter().map(|r| Ok((r, self.model(r)?))).collect())?;
+        let load = |asked: &ModelRequest| {
+            self.model(asked).map_err(|mut error| {
+                if let AssetError::Subdivision { request, .. } = &mut error {
+                    *request = requests.iter().position(|other| other == asked);
+                }
+                error
+            })
+        };
+        let loaded = collect(once.into_par_iter().map(|r| Ok((r, load(r)?))).collect())?;
         let by_request: HashMap<_, _> = loaded.into_iter().collect();
         Ok(requests.iter().map(|r| Arc::clone(&by_request[r])).collect())
     }

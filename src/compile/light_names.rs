@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::materials::MaterialNames;
+use super::textures::TextureNames;
 use crate::{
     assets::{AssetError, Files, ies},
     describe::SceneDesc,
@@ -16,7 +16,7 @@ use crate::{
 pub(super) struct LightNames<'a> {
     /// The files of profiles, each once, in the order of their ids.
     files: Vec<String>,
-    textures: MaterialNames<'a>,
+    textures: TextureNames<'a>,
 }
 
 impl<'a> LightNames<'a> {
@@ -29,7 +29,7 @@ impl<'a> LightNames<'a> {
         }
         Self {
             files,
-            textures: MaterialNames::new(desc),
+            textures: TextureNames::new(desc),
         }
     }
 

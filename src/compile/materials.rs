@@ -11,8 +11,8 @@ use crate::{
     describe::{MaterialEntry, SceneDesc},
     material::{Find, Material, MaterialId, NormalMap, matte::Matte, principled::Principled},
     scene::{BackFaces, MaterialBackFaces, SceneBuilder, two_sided_reason},
-    texture::{BitmapId, Color, Mapping, Pattern, Texture, TextureId, Textures, image::ImagePattern},
-    value::{ColorSource, Problem, Spanned},
+    texture::{BitmapId, Mapping, Pattern, Texture, TextureId, Textures, image::ImagePattern},
+    value::{Problem, Spanned},
     warnings::{WarningKind, Warnings},
 };
 
@@ -68,15 +68,16 @@ impl<'a> MaterialNames<'a> {
 
     /// Compiles the normal map that a material of the scene file is given.
     pub fn normal_map(&self, entry: &MaterialEntry, material: &Material) -> Result<Option<NormalMap>, Problem> {
-        let find = Find {
-            color: &|source| self.textures.color(source),
-            directions: &|source| self.textures.directions(source),
-            material: &|name| self.component(name, &[]),
-        };
         let (span, map) = match (&entry.bump, &entry.normal) {
             (None, None) => return Ok(None),
-            (Some(bump), None) => (bump.span(), bump.get_ref().compile(&find)?),
-            (None, Some(normal)) => (normal.span(), normal.get_ref().compile(&find)?),
+            (Some(bump), None) => {
+                let map = self.find(&[], |find| bump.get_ref().compile(find))?;
+                (bump.span(), map)
+            }
+            (None, Some(normal)) => {
+                let map = self.find(&[], |find| normal.get_ref().compile(find))?;
+                (normal.span(), map)
+            }
             (Some(_), Some(normal)) => {
                 return Err(Problem::at(
                     normal.span(),
@@ -97,21 +98,21 @@ impl<'a> MaterialNames<'a> {
 
     /// Compiles a material that the mixtures `within` are made of, itself the last of them.
     fn material_in(&self, entry: &MaterialEntry, within: &[&str]) -> Result<Material, Problem> {
-        let find = Find {
-            color: &|source| self.textures.color(source),
-            directions: &|source| self.textures.directions(source),
-            material: &|name| self.component(name, within),
-        };
-        entry.material.compile(&find).map_err(|problem| {
+        let compiled = self.find(within, |find| entry.material.compile(find));
+        compiled.map_err(|problem| {
             // A problem without a span belongs to the whole material.
             let span = problem.span.clone().or_else(|| Some(entry.name.span()));
             Problem { span, ..problem }
         })
     }
 
-    /// The colour of a source.
-    pub fn color(&self, source: &Spanned<ColorSource>) -> Result<Color, Problem> {
-        self.textures.color(source)
+    /// Calls `with` to compile a part of the mixtures `within`.
+    fn find<T>(&self, within: &[&str], with: impl FnOnce(&Find<'_>) -> T) -> T {
+        with(&Find {
+            color: &|source| self.textures.color(source),
+            directions: &|source| self.textures.directions(source),
+            material: &|name| self.component(name, within),
+        })
     }
 
     /// The material `name` as a part of the mixtures `within`.

@@ -291,17 +291,12 @@ pub(super) fn world_from_object(object: &ObjectDesc) -> Result<DAffine3, Problem
     }
 }
 
-/// Tells errors of subdivision the names of the objects that ask for it: of each the first one.
+/// Tells errors of subdivision the names of the objects that ask for it, of each the first one; `placed` made the requests.
 pub(super) fn name_in(errors: &mut [AssetError], desc: &SceneDesc, placed: &[PlacedModel]) {
     for error in errors {
-        if let AssetError::Subdivision {
-            path, choice, object, ..
-        } = error
-        {
-            let asks = placed
-                .iter()
-                .find(|placed| placed.file == *path && placed.choice == **choice);
-            *object = asks.map(|placed| name_of(&desc.objects[placed.described], placed.described));
+        if let AssetError::Subdivision { request, object, .. } = error {
+            let described = request.map(|request| placed[request].described);
+            *object = described.map(|at| name_of(&desc.objects[at], at));
         }
     }
 }

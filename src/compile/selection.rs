@@ -83,8 +83,7 @@ impl Patterns {
         let mut line = Vec::new();
         for node in 0..own.len() {
             let mut above = Some(node);
-            // Parents of broken files may be in a circle, of which the first turn then has all.
-            while let Some(node) = above.filter(|node| known[*node].is_none() && line.len() < 2 * own.len()) {
+            while let Some(node) = above.filter(|node| known[*node].is_none()) {
                 line.push(node);
                 above = model.nodes[node].parent;
             }
@@ -208,24 +207,6 @@ mod tests {
         assert!(!whole.has(None));
         let all = Selection::default().nodes(&model);
         assert_eq!((shown(&all, 4), all.has(None)), (vec![true; 4], true));
-    }
-
-    #[test]
-    fn nodes_of_a_circle_inherit_from_all_of_it() {
-        // A tail that hangs on a circle of three.
-        let model = model(&[
-            ("tail", Some(1)),
-            ("a", Some(2)),
-            ("b", Some(3)),
-            ("c", Some(1)),
-            ("d", None),
-        ]);
-        for name in ["a", "b", "c"] {
-            let nodes = selection(Some(&[name]), &[]).nodes(&model);
-            assert_eq!(shown(&nodes, 5), [true, true, true, true, false], "{name}");
-        }
-        let nodes = selection(Some(&["tail"]), &[]).nodes(&model);
-        assert_eq!(shown(&nodes, 5), [true, false, false, false, false]);
     }
 
     #[test]
