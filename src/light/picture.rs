@@ -258,7 +258,7 @@ impl Picture {
         }))
     }
 
-    /// The colour at coordinates of the screen. Texels below 0 give no light.
+    /// The colour at coordinates of the screen. Numbers below 0, as colours outside of the working space have them, give no light.
     #[inline]
     fn color_at(&self, textures: &Textures<'_>, st: Vec2) -> Rgb {
         textures

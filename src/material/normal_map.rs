@@ -27,16 +27,13 @@ pub struct NormalDesc {
 
 impl BumpDesc {
     pub fn compile(&self, find: &Find<'_>) -> Result<NormalMap, Problem> {
-        match Scalar::compile(&self.height, Channel::R, find.color)? {
-            Scalar::Texture(texture, channel, _) | Scalar::Inverted(texture, channel, _) => {
-                Ok(NormalMap::Heights(HeightMap {
-                    texture,
-                    channel: Some(channel),
-                    scale: self.distance.0,
-                }))
-            }
-            Scalar::Constant(_) => Err(without_texture(self.height.span())),
-        }
+        let height = Scalar::compile(&self.height, Channel::R, find.color)?;
+        let (texture, channel) = height.texture().ok_or_else(|| without_texture(self.height.span()))?;
+        Ok(NormalMap::Heights(HeightMap {
+            texture,
+            channel: Some(channel),
+            scale: self.distance.0,
+        }))
     }
 }
 

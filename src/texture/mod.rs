@@ -381,11 +381,7 @@ impl Texture {
     #[inline(never)]
     fn composed_data(&self, textures: &Textures<'_>, at: &TexturePoint) -> Rgb {
         let (numbers, _) = self.over_sides(textures, at, |lookup| (self.pattern.numbers(lookup), 0.0));
-        source::finite(if self.factor == Rgb::WHITE {
-            numbers
-        } else {
-            numbers * self.factor
-        })
+        source::finite(numbers * self.factor)
     }
 
     /// The numbers at a point as other textures read them, all of them finite.
@@ -396,8 +392,8 @@ impl Texture {
     /// The moments as other textures read them, all of them finite, see [`PatternKind::moments`].
     pub(super) fn source_moments(&self, textures: &Textures<'_>, at: &TexturePoint) -> (Rgb, f32) {
         let (numbers, spread) = self.over_sides(textures, at, |lookup| self.pattern.moments(lookup));
-        let spread = source::finite(Rgb::gray(spread * self.factor.mean())).r;
-        (source::finite(self.rec709.convert(numbers * self.factor)), spread)
+        let numbers = source::finite(self.rec709.convert(numbers * self.factor));
+        (numbers, source::finite_number(spread * self.factor.mean()))
     }
 
     /// The steps of its pattern per unit of u and of v.

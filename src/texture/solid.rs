@@ -50,9 +50,7 @@ impl SolidDesc {
             offset_in_scene: axes * origin + offset,
         }
     }
-}
 
-impl SolidDesc {
     /// The rotation of the space.
     pub(super) fn rotation(&self) -> DMat3 {
         let [x, y, z] = self.rotate.map_or([0.0; 3], |r| r.0.map(|v| v.0));

@@ -97,7 +97,7 @@ impl Scalar {
 
     /// The texture and its channel.
     #[inline(always)]
-    pub(super) fn texture(&self) -> Option<(TextureId, Channel)> {
+    pub fn texture(&self) -> Option<(TextureId, Channel)> {
         match self {
             Self::Constant(_) => None,
             Self::Texture(id, channel, _) | Self::Inverted(id, channel, _) => Some((*id, *channel)),
@@ -121,7 +121,12 @@ pub(super) fn finite(numbers: Rgb) -> Rgb {
     if numbers.is_finite() {
         return numbers;
     }
-    numbers.map(|v| if v.is_nan() { 0.0 } else { v.clamp(f32::MIN, f32::MAX) })
+    numbers.map(finite_number)
+}
+
+/// The same of one number.
+pub(super) fn finite_number(v: f32) -> f32 {
+    if v.is_nan() { 0.0 } else { v.clamp(f32::MIN, f32::MAX) }
 }
 
 /// A channel of a colour, which is opaque.

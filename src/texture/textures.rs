@@ -2,7 +2,7 @@
 
 use super::{
     Bitmap, Color, Scalar, Texture, TextureId, TexturePoint,
-    source::{channel_of, finite},
+    source::{channel_of, finite, finite_number},
 };
 use crate::{
     math::{Rgb, Vec2},
@@ -124,7 +124,7 @@ impl Textures<'_> {
             Color::Texture(id) => of(*id),
             Color::Tinted(id, tint) => {
                 let (numbers, spread) = of(*id);
-                (finite(numbers * *tint), spread * tint.mean())
+                (finite(numbers * *tint), finite_number(spread * tint.mean()))
             }
         }
     }
