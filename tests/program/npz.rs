@@ -24,6 +24,9 @@ fn arrays(file: &[u8]) -> BTreeMap<String, (String, Vec<u8>)> {
     arrays
 }
 
+/// Files of the same numbers.
+const FILES: [&str; 6] = ["-o", "f.exr", "-o", "f.npz", "--exr-type", "float"];
+
 /// The bits of the numbers of an array.
 fn bits(array: &[u8]) -> Vec<u32> {
     let numbers = array.as_chunks().0.iter();
@@ -47,17 +50,8 @@ fn channels(folder: &Folder, name: &str) -> BTreeMap<String, Vec<u32>> {
 fn arrays_have_the_bits_of_the_channels_of_exr_files() {
     let folder = Folder::new();
     let passes = "depth,N,objectId,CryptoObject,diffuse_direct,UV,variance";
-    let job = [
-        &repo_str("scenes/passes/scene.toml"),
-        "-o",
-        "f.exr",
-        "-o",
-        "f.npz",
-        "--exr-type",
-        "float",
-        "--aovs",
-        passes,
-    ];
+    let scene = repo_str("scenes/passes/scene.toml");
+    let job = [&FILES[..], &[&scene, "--aovs", passes]].concat();
     let small = [
         "--resolution",
         "48x27",
@@ -128,16 +122,8 @@ fn arrays_have_the_bits_of_the_channels_of_exr_files() {
 #[test]
 fn arrays_of_denoised_frames_have_all_passes_of_the_denoised_exr_files() {
     let folder = Folder::new();
-    let job = [
-        &repo_str("scenes/passes/scene.toml"),
-        "-o",
-        "f.exr",
-        "-o",
-        "f.npz",
-        "--denoise",
-        "--exr-type",
-        "float",
-    ];
+    let scene = repo_str("scenes/passes/scene.toml");
+    let job = [&FILES[..], &[&scene, "--denoise"]].concat();
     let small = [
         "--aovs",
         "depth,objectId,CryptoObject,lightgroup",

@@ -196,3 +196,16 @@ fn scenes_and_models_on_standard_input_are_those_of_files() {
         assert!(said.contains(message), "{said}");
     }
 }
+
+#[cfg(unix)]
+#[test]
+fn standard_input_that_cannot_be_read_is_an_error_of_reading() {
+    let folder = folder();
+    let input = std::fs::File::open(folder.path("")).expect("a folder");
+    let mut program = folder.program();
+    program.args(["-", "--input-format", "toml"]).stdin(input);
+    let output = program.output().expect("it starts");
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(74), "{said}");
+    assert!(said.contains("cannot read standard input: "), "{said}");
+}
