@@ -212,7 +212,7 @@ pub struct RenderArgs {
     pub scene: Option<PathBuf>,
 
     /// More scenes, rendered one after the other; {scene} in -o and other arguments is the name of each
-    #[arg(value_name = "SCENE")]
+    #[arg(value_name = "SCENE", hide_short_help = true)]
     pub more: Vec<PathBuf>,
 
     /// Camera path, a CSV file; without it, the scene's own camera renders one frame
