@@ -31,6 +31,7 @@ use crate::{
 
 mod hidden;
 mod model_use;
+mod node_names;
 
 pub(super) use model_use::ModelUse;
 
@@ -168,6 +169,9 @@ impl ModelPlacer<'_> {
                 self.movables.looks.push((placed.object, first, first_texture));
             }
         }
+        for (object, node) in node_names::of(placed, models, &uses) {
+            self.scene.name_node(object, node);
+        }
         let mut plans: HashMap<*const Model, InstancingPlan> = HashMap::new();
         for (placed, model) in placed.iter().zip(models) {
             let at = Arc::as_ptr(model);
@@ -230,15 +234,6 @@ impl ModelPlacer<'_> {
         };
         let of_parts = &plan.units.copies.of_parts;
         let first_copy = self.scene.add_copies(plan.units.copies.count);
-        if model.motion.as_ref().is_some_and(|motion| !motion.switched.is_empty()) {
-            // Names do not depend on which nodes are visible.
-            let left_out = placed.nodes.left_out(model);
-            let parts = model.instances.iter().enumerate();
-            let parts = parts.filter(|(part, _)| !left_out.contains(part));
-            for node in parts.filter_map(|(_, part)| model_use.node_of(part)) {
-                self.scene.name_node(placed.object, node);
-            }
-        }
         let rest_copies: Vec<Option<u32>> = plan.units.rest.iter().map(|part| of_parts[*part]).collect();
         let rest = PlacedParts {
             placed,

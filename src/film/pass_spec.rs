@@ -58,6 +58,8 @@ pub enum Display {
     Near,
     /// The fractions of the values.
     Fraction,
+    /// The first channel as gray, from black (0) to white (1).
+    Share,
     /// A colour for each whole number; 0 is black.
     Id,
 }

@@ -294,7 +294,7 @@ pub const PASSES: &[PassSpec] = &[
         pixel: PixelType::Half,
         combine: Combine::Filtered,
         background: 0.0,
-        display: Display::Fraction,
+        display: Display::Share,
         source: PassSource::Coverage,
         about: "the alpha with shadow catchers as ordinary surfaces, by which the light of such scenes is divided before it is denoised",
     },

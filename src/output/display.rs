@@ -84,6 +84,7 @@ impl PixelDisplay {
             Display::Near => (|[z, ..]| [1.0 - exponential::log2(1.0 + z.max(0.0)) / 10.0; 3], true),
             Display::Signed => (|c| c.map(|v| 0.5 + 0.5 * v), false),
             Display::Fraction => (|c| c.map(|v| v - v.floor()), false),
+            Display::Share => (|[v, ..]| [v; 3], false),
             Display::Id => (id, false),
         };
         let encoding = match display {

@@ -87,7 +87,7 @@
 //! **Displacement** moves every vertex along its smooth normal by `scale` times the height less `midlevel`. `height` is a number or a channel
 //! of a texture, `"texture.NAME"` or `"texture.NAME.g"`, red by default. It is read by the first texture coordinates of the mesh, or with
 //! the mapping `object` or `planar` by the place in the model. `scale` is 1 and `midlevel` 0 where nothing else is given. Lengths
-//! are those of the model, before all transforms. Normals are those of the displaced triangles.
+//! are those of the mesh in the file, before all transforms, also those of the nodes of a glTF file. Normals are those of the displaced triangles.
 //!
 //! ```toml
 //! [texture.rocks]

@@ -202,12 +202,13 @@ fn numbers_and_names_of_parts_are_those_of_the_nodes_of_their_object() {
     for at in 0..32 * 24 {
         assert_eq!(node(&plain, at), node(&parts, at));
     }
-    let sorted = |shot| {
-        let mut names = names(shot, MatteKind::Object);
-        names.sort();
-        names
-    };
-    assert_eq!(sorted(&plain), sorted(&parts));
+    let moved = shoot(
+        &[&ALL],
+        &object(0, "[object.node.Wheel_R]\ntransform.translate = [0, 0.5, 0]"),
+    );
+    for other in [&parts, &moved] {
+        assert_eq!(names(&plain, MatteKind::Object), names(other, MatteKind::Object));
+    }
     assert_eq!(plain.scene.mattes().parts().len(), parts.scene.mattes().parts().len());
     assert_eq!(names(&plain, MatteKind::Asset), names(&parts, MatteKind::Asset));
 }

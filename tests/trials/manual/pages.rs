@@ -5,7 +5,7 @@ use std::{collections::BTreeMap, fs};
 use batch_render::{
     camera::CameraDesc,
     describe::BackgroundDesc,
-    film::passes::{BEAUTY, Combine, PASSES, PassSource, PixelType},
+    film::passes::{BEAUTY, Combine, Display, PASSES, PassSource, PixelType},
     filter::FilterDesc,
     integrator::IntegratorDesc,
     light::LightDesc,
@@ -239,7 +239,7 @@ pub fn registries() -> impl Iterator<Item = (&'static str, &'static [&'static st
 fn passes_page() -> Page {
     let mut doc = String::from(
         "The pictures that a frame can hold, for `aovs` and `show` in `[output]`, `--aovs` and `--show`.\n\n\
-         | pass | EXR channels | type | samples | where nothing is seen | content |\n|---|---|---|---|---|---|\n",
+         | pass | EXR channels | type | samples | where nothing is seen | in PNG | content |\n|---|---|---|---|---|---|---|\n",
     );
     for spec in PASSES {
         let pixel = match spec.pixel {
@@ -252,6 +252,15 @@ fn passes_page() -> Page {
             Combine::Nearest => "nearest",
             Combine::Ranked => "ranked",
             Combine::Counted => "counted",
+        };
+        let display = match spec.display {
+            Display::Light => "light",
+            Display::Heat => "heat",
+            Display::Signed => "signed",
+            Display::Near => "near",
+            Display::Fraction => "fraction",
+            Display::Share => "share",
+            Display::Id => "id",
         };
         let layer = match spec.source {
             _ if spec == BEAUTY => String::new(),
@@ -266,14 +275,17 @@ fn passes_page() -> Page {
             0.0 => "0".to_owned(),
             far => format!("{far:e}"),
         };
-        doc += &format!("| `{name}` | {channels} | {pixel} | {combine} | {background} | {about} |\n");
+        doc += &format!("| `{name}` | {channels} | {pixel} | {combine} | {background} | {display} | {about} |\n");
     }
     doc += "\nFiltered passes are means of a pixel's samples, weighted by the pixel filter and premultiplied. Nearest ones show the \
             sample nearest to the pixel's centre. Ranked ones are Cryptomatte: the ids of the mattes that cover the pixel and the \
             coverage of each, two in a layer (`CryptoObject00`, `CryptoObject01`, ...), weighted by the pixel filter where it is \
             positive; lens, shutter and opacity are in the coverage. The light components (`diffuse_direct` to `emission`) sum to the beauty, and so \
             do the light groups. `denoise` stands for the passes that denoisers read: `objectId`, the halves, and the means of features with their \
-            variances, and where objects move `forward` and `backward`; the notes say [how true these are](../notes/denoising.md#how-true-the-variances-are). Only EXR and NPZ files hold passes beside the beauty.\n";
+            variances, and where objects move `forward` and `backward`; the notes say [how true these are](../notes/denoising.md#how-true-the-variances-are). Only EXR and NPZ files hold passes beside the beauty.\n\n\
+            PNG and JPEG files of one pass (`show`) show light as the beauty is, and data in ways of their own: heat, the sum of the first two channels from dark \
+            blue (0) over green (31) to red (1023 and more); signed, from black (-1) to white (1); near, from white (0) to black (1023 m and more); fraction, what is \
+            behind the point of each number; share, from black (0) to white (1); id, a colour for each number and black for 0.\n";
     let source = "src/film/passes.rs";
     Page::new(
         "passes.md".to_owned(),
