@@ -73,7 +73,7 @@ impl Compiler<'_> {
         };
         let texture = textures::compile(entry, &find, DVec3::ZERO)?;
         let image = image.into_inner();
-        let heights = HeightTexture::new(texture.near(), channel, image);
+        let heights = HeightTexture::new(texture.prepared(), channel, image);
         Ok(Heights::Texture(Box::new(heights)))
     }
 }

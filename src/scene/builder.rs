@@ -124,7 +124,7 @@ impl SceneBuilder {
     }
 
     pub fn texture(&mut self, texture: Texture) -> TextureId {
-        self.textures.push(texture.near());
+        self.textures.push(texture.prepared());
         TextureId(self.textures.len() as u32 - 1)
     }
 

@@ -183,7 +183,7 @@ impl SceneShading {
         }
         for (id, transform) in update.textures {
             let texture = &mut self.textures[id.0 as usize];
-            *texture = Texture { transform, ..*texture }.near();
+            *texture = Texture { transform, ..*texture }.prepared();
         }
         if !update.lights.is_empty() {
             let mut lights = self.lights.to_vec();

@@ -213,6 +213,8 @@ pub struct Texture {
     pub colors: ColorConversion,
     /// The conversion of its numbers to colours of Rec. 709, as other textures read them.
     pub rec709: ColorConversion,
+    /// Whether it is known that it shows its pattern as it is: nothing moves, scales or blends it. See [`Texture::prepared`].
+    pub is_plain: bool,
 }
 
 impl Texture {
@@ -226,13 +228,17 @@ impl Texture {
             factor: Rgb::WHITE,
             colors: ColorConversion::default(),
             rec709: ColorConversion::default(),
+            is_plain: false,
         }
     }
 
-    /// The same texture, its offset less by whole repetitions if it is far from 0.
-    pub fn near(self) -> Self {
-        let transform = self.transform.near(self.pattern.periods());
-        Self { transform, ..self }
+    /// The same texture for look-ups, which are faster: its offset is less by whole repetitions if it is far from 0.
+    pub fn prepared(self) -> Self {
+        Self {
+            transform: self.transform.near(self.pattern.periods()),
+            is_plain: self.warp.is_none() && self.factor == Rgb::WHITE && self.mapping.triplanar().is_none(),
+            ..self
+        }
     }
 
     /// Whether it reads the place of a point in the scene.
@@ -292,12 +298,6 @@ impl Texture {
         self.transform.vector(st) + origin
     }
 
-    /// Whether it shows its pattern as it is: nothing moves, scales or blends it.
-    #[inline]
-    fn is_plain(&self) -> bool {
-        self.warp.is_none() && self.factor == Rgb::WHITE && self.mapping.triplanar().is_none()
-    }
-
     /// The look-up of a plain texture.
     #[inline]
     fn plain_lookup<'a>(&'a self, textures: &'a Textures<'a>, at: &'a TexturePoint) -> Lookup<'a> {
@@ -334,7 +334,7 @@ impl Texture {
 
     /// The opacity, from 0 to 1.
     pub fn alpha(&self, textures: &Textures<'_>, at: &TexturePoint) -> f32 {
-        if self.is_plain() {
+        if self.is_plain {
             return self.pattern.alpha(&self.plain_lookup(textures, at));
         }
         let (_, alpha) = self.over_sides(textures, at, |lookup| (Rgb::BLACK, self.pattern.alpha(lookup)));
@@ -371,7 +371,7 @@ impl Texture {
 
     /// The numbers at a point.
     pub(super) fn data(&self, textures: &Textures<'_>, at: &TexturePoint) -> Rgb {
-        if self.is_plain() {
+        if self.is_plain {
             return self.pattern.numbers(&self.plain_lookup(textures, at));
         }
         self.composed_data(textures, at)
@@ -398,10 +398,12 @@ impl Texture {
 
     /// The steps of its pattern per unit of u and of v.
     pub(super) fn steps_per_uv(&self, textures: &Textures<'_>, at: &TexturePoint) -> Vec2 {
+        let own = self.own_steps_per_uv(textures, at);
+        if self.is_plain && self.pattern.sources() == [None; 3] {
+            return own;
+        }
         let of_source = |id: TextureId| textures.textures[id.0 as usize].steps_per_uv(textures, at);
-        self.sources()
-            .map(of_source)
-            .fold(self.own_steps_per_uv(textures, at), Vec2::max)
+        self.sources().map(of_source).fold(own, Vec2::max)
     }
 
     fn own_steps_per_uv(&self, textures: &Textures<'_>, at: &TexturePoint) -> Vec2 {

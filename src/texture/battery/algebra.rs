@@ -91,6 +91,28 @@ fn ramp(input: Scalar, interpolation: Interpolation, given: &[(f32, Rgb)]) -> Pa
 }
 
 #[test]
+fn a_prepared_texture_has_the_bits_of_one_that_is_not() {
+    let product = Pattern::Multiply(Multiply([Color::Texture(NOISE), Color::Texture(STRIPES)]));
+    let warped = Texture {
+        warp: Some(Warp {
+            by: Color::Texture(NOISE),
+            amount: Vec3::new(0.3, -0.2, 0.0),
+        }),
+        factor: Rgb::new(0.5, 2.0, 1.0),
+        ..with(product, &[])[STRIPES.0 as usize]
+    };
+    let textures = with(product, &[warped]);
+    let prepared: Vec<Texture> = textures.iter().map(|texture| texture.prepared()).collect();
+    let plain: Vec<bool> = prepared.iter().map(|texture| texture.is_plain).collect();
+    assert_eq!(plain, [true, true, true, false]);
+    for i in 0..50 {
+        for id in [NOISE, STRIPES, MADE, NEXT] {
+            assert_eq!(look_up(&textures, id, &at(i)), look_up(&prepared, id, &at(i)));
+        }
+    }
+}
+
+#[test]
 fn a_mixture_is_the_weighted_sum() {
     let color = Rgb::new(0.3, 0.5, 0.1);
     let mixed = Pattern::Mix(MixPattern {

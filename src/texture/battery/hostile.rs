@@ -183,7 +183,7 @@ impl Random {
             let factor = self.factor().parse().expect("a number");
             texture.factor = Rgb::new(factor, 1.0, 0.0);
         }
-        Some((text, texture.near()))
+        Some((text, texture.prepared()))
     }
 
     fn number(&mut self) -> f32 {
