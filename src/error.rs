@@ -156,7 +156,7 @@ impl Error {
             Self::Invalid(d) | Self::Scene(describe::Error::Invalid(d)) | Self::Compile(compile::Error::Invalid(d)) => {
                 d.messages()
             }
-            Self::Compile(compile::Error::Assets(errors)) => errors.iter().flat_map(AssetError::messages).collect(),
+            Self::Compile(compile::Error::Assets(errors)) => errors.messages().to_vec(),
             Self::CameraPath(e) => e.to_string().lines().map(str::to_owned).collect(),
             Self::Values(e) => e.to_string().lines().map(str::to_owned).collect(),
             other => vec![other.to_string()],
@@ -165,10 +165,13 @@ impl Error {
 
     /// Whether the messages show lines of a file below them.
     pub fn has_excerpts(&self) -> bool {
-        matches!(
-            self,
-            Self::Invalid(_) | Self::Scene(describe::Error::Invalid(_)) | Self::Compile(compile::Error::Invalid(_))
-        )
+        match self {
+            Self::Invalid(_) | Self::Scene(describe::Error::Invalid(_)) | Self::Compile(compile::Error::Invalid(_)) => {
+                true
+            }
+            Self::Compile(compile::Error::Assets(errors)) => errors.have_excerpts(),
+            _ => false,
+        }
     }
 
     /// A way to go on without correcting the error, where there is one.

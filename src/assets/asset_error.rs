@@ -1,6 +1,6 @@
 //! Why a file of a scene was not loaded.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use super::{
     OverBudget, ies::IesError, image::ImageError, model_format::ModelError, model_formats,
@@ -36,14 +36,10 @@ pub enum AssetError {
     NoAnimations { path: PathBuf },
     #[error("broken light of a model: {cause}: {}", path.display())]
     Light { cause: String, path: PathBuf },
-    #[error("{}{cause}: {}", of_object(object.as_deref()), path.display())]
+    #[error("{cause}: {}", path.display())]
     Subdivision {
         cause: Box<SubdivisionProblem>,
         path: PathBuf,
-        /// The first of the requests that ask for it, by its index, if there are several.
-        request: Option<usize>,
-        /// The name of an object that asks for it, if one does.
-        object: Option<String>,
     },
     #[error("{}: {}", path.display(), losses.join("; "))]
     Incomplete { losses: Vec<String>, path: PathBuf },
@@ -60,6 +56,28 @@ impl AssetError {
                 .map(|loss| format!("{}: {loss}", path.display()))
                 .collect(),
             other => vec![other.to_string()],
+        }
+    }
+
+    /// The file.
+    pub fn path(&self) -> &Path {
+        match self {
+            Self::Image(e) => e.path(),
+            Self::Ies(e) => e.path(),
+            Self::Model(e) => e.path(),
+            Self::UnknownModel { path }
+            | Self::NoTriangles { path }
+            | Self::NoScenes { path }
+            | Self::NoVariants { path }
+            | Self::NoLights { path }
+            | Self::NoAnimations { path }
+            | Self::Light { path, .. }
+            | Self::NoCamera { path, .. }
+            | Self::Subdivision { path, .. }
+            | Self::Incomplete { path, .. }
+            | Self::Material { path, .. }
+            | Self::TooManyTriangles { path, .. }
+            | Self::Memory { path, .. } => path,
         }
     }
 
@@ -89,8 +107,4 @@ impl AssetError {
             | Self::Memory { .. } => false,
         }
     }
-}
-
-fn of_object(name: Option<&str>) -> String {
-    name.map_or_else(String::new, |name| format!("object `{name}`: "))
 }

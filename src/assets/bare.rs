@@ -37,6 +37,14 @@ pub enum BareMeshError {
 }
 
 impl ModelError for BareMeshError {
+    fn path(&self) -> &Path {
+        let (Self::Read { path, .. }
+        | Self::Broken { path, .. }
+        | Self::Unsupported { path, .. }
+        | Self::Memory { path, .. }) = self;
+        path
+    }
+
     fn is_missing(&self) -> bool {
         matches!(self, Self::Read { source, .. } if !is_refused(source))
     }

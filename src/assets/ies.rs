@@ -27,6 +27,12 @@ pub enum IesError {
 }
 
 impl IesError {
+    /// The file.
+    pub fn path(&self) -> &Path {
+        let (Self::Read { path, .. } | Self::Broken { path, .. } | Self::Memory { path, .. }) = self;
+        path
+    }
+
     /// Whether the file could not be read, rather than understood.
     pub fn is_missing(&self) -> bool {
         matches!(self, Self::Read { source, .. } if !is_refused(source))

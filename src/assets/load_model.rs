@@ -64,8 +64,6 @@ pub(super) fn load_model(request: &ModelRequest, files: &Files) -> Result<Model,
         .map_err(|cause| AssetError::Subdivision {
             cause: Box::new(cause),
             path,
-            request: None,
-            object: None,
         })?;
     }
     if !format.has_choices() && !choice.edited.is_empty() {

@@ -33,6 +33,9 @@ pub trait ModelFormat: Sync {
 
 /// Why a model was not loaded. The message names the file.
 pub trait ModelError: Error + Send + Sync {
+    /// The file of the model.
+    fn path(&self) -> &Path;
+
     /// Whether a file could not be read at all, rather than understood.
     fn is_missing(&self) -> bool;
 

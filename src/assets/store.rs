@@ -153,20 +153,17 @@ impl Store {
     }
 
     /// The models of these files, in order, loaded on the threads of the current rayon pool; or what is wrong with each
-    /// file that cannot be loaded.
-    pub fn models(&self, requests: &[ModelRequest]) -> Result<Vec<Arc<Model>>, Vec<AssetError>> {
+    /// file that cannot be loaded, by the index of its first request.
+    pub fn models(&self, requests: &[ModelRequest]) -> Result<Vec<Arc<Model>>, Vec<(usize, AssetError)>> {
         let mut once: Vec<&ModelRequest> = requests.iter().collect();
         once.sort();
         once.dedup();
-        let load = |asked: &ModelRequest| {
-            self.model(asked).map_err(|mut error| {
-                if let AssetError::Subdivision { request, .. } = &mut error {
-                    *request = requests.iter().position(|other| other == asked);
-                }
-                error
-            })
+        let first = |request: &ModelRequest| requests.iter().position(|other| other == request);
+        let load = |request| {
+            let failed = |error| (first(request).expect("it is one of them"), error);
+            Ok((request, self.model(request).map_err(failed)?))
         };
-        let loaded = collect(once.into_par_iter().map(|r| Ok((r, load(r)?))).collect())?;
+        let loaded = collect(once.into_par_iter().map(load).collect())?;
         let by_request: HashMap<_, _> = loaded.into_iter().collect();
         Ok(requests.iter().map(|r| Arc::clone(&by_request[r])).collect())
     }
@@ -381,7 +378,7 @@ impl Store {
 }
 
 /// All results, or all errors.
-fn collect<T>(results: Vec<Result<T, AssetError>>) -> Result<Vec<T>, Vec<AssetError>> {
+fn collect<T, E>(results: Vec<Result<T, E>>) -> Result<Vec<T>, Vec<E>> {
     let (mut values, mut errors) = (Vec::with_capacity(results.len()), Vec::new());
     for result in results {
         match result {

@@ -69,7 +69,7 @@ impl Job {
             let (desc, run) = default_scene::describe(path, options, &store).map_err(|error| match error {
                 // Flags made the choice.
                 compile::Error::Assets(errors) if errors.iter().any(AssetError::is_choice) => {
-                    Error::Usage(compile::Error::Assets(errors).to_string())
+                    Error::Usage(errors.to_string())
                 }
                 error => error.into(),
             })?;
@@ -101,7 +101,7 @@ impl Job {
                     if model_formats::advice(path).is_some() =>
                 {
                     let path = path.to_owned();
-                    return Err(compile::Error::Assets(vec![AssetError::UnknownModel { path }]).into());
+                    return Err(compile::Error::from(AssetError::UnknownModel { path }).into());
                 }
                 read => read?,
             }

@@ -16,7 +16,7 @@ pub fn visible_bounds(desc: &SceneDesc, store: &Store, options: &LoadOptions) ->
         ..options.clone()
     };
     let (compiled, loaded) = around_models(desc, store, &options)?;
-    let loaded = loaded.map_err(Error::Assets)?;
+    let loaded = loaded.map_err(|errors| Error::assets(errors, desc))?;
     let is_seen = |object: &ObjectDesc| object.visible && object.ray_visibility.camera;
     let counted = match desc.source.kind {
         FileKind::Scene => desc.objects.len(),

@@ -2,9 +2,10 @@
 
 use std::path::PathBuf;
 
+use super::asset_errors::{AssetErrors, FileError};
 use crate::{
     assets::{AssetError, OverBudget},
-    describe::Diagnostics,
+    describe::{Diagnostics, SceneDesc},
     scene::SceneBuildError,
 };
 
@@ -13,8 +14,8 @@ use crate::{
 pub enum Error {
     #[error("{0}")]
     Invalid(Diagnostics),
-    #[error("{}", lines(.0))]
-    Assets(Vec<AssetError>),
+    #[error("{0}")]
+    Assets(AssetErrors),
     #[error("{cause}: {}", path.display())]
     Build {
         cause: SceneBuildError,
@@ -29,12 +30,15 @@ pub enum Error {
     },
 }
 
-impl From<AssetError> for Error {
-    fn from(error: AssetError) -> Self {
-        Self::Assets(vec![error])
+impl Error {
+    /// The files of this scene that were not loaded.
+    pub(super) fn assets(errors: Vec<FileError>, desc: &SceneDesc) -> Self {
+        Self::Assets(AssetErrors::of_scene(errors, desc))
     }
 }
 
-fn lines(errors: &[AssetError]) -> String {
-    errors.iter().map(ToString::to_string).collect::<Vec<_>>().join("\n")
+impl From<AssetError> for Error {
+    fn from(error: AssetError) -> Self {
+        Self::Assets(AssetErrors::from(error))
+    }
 }

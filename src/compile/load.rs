@@ -2,13 +2,13 @@
 
 use super::{
     Error,
+    asset_errors::{FileError, file_errors},
     background::{self, BackgroundLight},
     compiler::Compiler,
     light_names::LightNames,
     materials::warn_of_gain,
     models,
     motion::{Movables, SceneMotion},
-    objects,
     options::LoadOptions,
     origin::SceneOrigin,
     placed::{self, LoadedModels, PlacedModel},
@@ -67,15 +67,18 @@ pub(super) fn around_models(
     desc: &SceneDesc,
     store: &Store,
     options: &LoadOptions,
-) -> Result<(Compiled, Result<LoadedModels, Vec<AssetError>>), Error> {
+) -> Result<(Compiled, Result<LoadedModels, Vec<FileError>>), Error> {
     let mut origin = SceneOrigin::new(desc, options.eye);
     let first = options.origin.unwrap_or_else(|| origin.choose());
     let mut compiled = Compiled::around(first, desc, options)?;
     let requests: Vec<ModelRequest> = compiled.placed.iter().map(PlacedModel::request).collect();
     store.keep_models(&requests);
-    let loaded = store.models(&requests).map_err(|mut errors| {
-        objects::name_in(&mut errors, desc, &compiled.placed);
-        errors
+    let loaded = store.models(&requests).map_err(|errors| {
+        let of_object = |(request, error): (usize, AssetError)| FileError {
+            error,
+            object: Some(compiled.placed[request].described),
+        };
+        errors.into_iter().map(of_object).collect::<Vec<_>>()
     });
     if let Ok(models) = &loaded {
         let unknown = placed::unknown_parts(desc, &compiled.placed, models);
@@ -106,7 +109,7 @@ pub(super) fn around_models(
 /// The origin that suits a scene. Models that `store` does not have are loaded.
 pub fn origin(desc: &SceneDesc, store: &Store, options: &LoadOptions) -> Result<DVec3, Error> {
     let (compiled, loaded) = around_models(desc, store, options)?;
-    loaded.map_err(Error::Assets)?;
+    loaded.map_err(|errors| Error::assets(errors, desc))?;
     Ok(compiled.scene.origin())
 }
 
@@ -151,7 +154,7 @@ pub fn load_moving(
         movables: Movables::default(),
     };
     let motion = loaded.and_then(|loaded| {
-        models.place(&placed, &loaded)?;
+        models.place(&placed, &loaded).map_err(file_errors)?;
         Ok(SceneMotion::new(placed, loaded.at_rest, models.movables))
     });
     for bitmap in scene.opacity_bitmaps() {
@@ -169,8 +172,9 @@ pub fn load_moving(
     let (motion, mut bitmaps, profiles) = match (motion, store.images(&images), profiles) {
         (Ok(motion), Ok(bitmaps), Ok(profiles)) => (motion, bitmaps, profiles),
         (motion, bitmaps, profiles) => {
-            let errors = motion.err().into_iter().chain(bitmaps.err()).chain(profiles.err());
-            return Err(Error::Assets(errors.flatten().collect()));
+            let others = [bitmaps.err(), profiles.err()].map(|errors| file_errors(errors.unwrap_or_default()));
+            let errors = motion.err().into_iter().chain(others);
+            return Err(Error::assets(errors.flatten().collect(), desc));
         }
     };
     light_names.warn_dark(desc, &profiles, store.warnings());

@@ -15,6 +15,7 @@ use crate::{
     warnings::{WarningKind, Warnings},
 };
 
+mod asset_errors;
 mod background;
 mod bounds;
 mod compiler;
@@ -39,6 +40,7 @@ mod refresh;
 mod selection;
 mod textures;
 
+pub use asset_errors::AssetErrors;
 pub use bounds::visible_bounds;
 pub use error::Error;
 pub use instancing::Instancing;

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     assets::{
-        AssetError, Store,
+        Store,
         model::{AnimationChoice, ModelChoice},
         motion::ModelEdits,
     },
@@ -288,16 +288,6 @@ pub(super) fn world_from_object(object: &ObjectDesc) -> Result<DAffine3, Problem
     match &object.transform {
         Some(given) => given.get_ref().compile(given.span()),
         None => Ok(DAffine3::IDENTITY),
-    }
-}
-
-/// Tells errors of subdivision the names of the objects that ask for it, of each the first one; `placed` made the requests.
-pub(super) fn name_in(errors: &mut [AssetError], desc: &SceneDesc, placed: &[PlacedModel]) {
-    for error in errors {
-        if let AssetError::Subdivision { request, object, .. } = error {
-            let described = request.map(|request| placed[request].described);
-            *object = described.map(|at| name_of(&desc.objects[at], at));
-        }
     }
 }
 

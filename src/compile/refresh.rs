@@ -10,6 +10,7 @@ use std::{
 
 use super::{
     Error,
+    asset_errors::file_errors,
     background::{self, BackgroundLight},
     light_names::LightNames,
     materials::{MaterialNames, warn_of_gain},
@@ -106,7 +107,8 @@ impl Refresher {
                     let Some(sky) = background::sky(&desc.background).map_err(&mut keep).ok() else {
                         continue;
                     };
-                    match self.light(scene, (desc, sky), changes, store).map_err(Error::Assets)? {
+                    let light = self.light(scene, (desc, sky), changes, store);
+                    match light.map_err(|errors| Error::assets(file_errors(errors), desc))? {
                         Some(BackgroundLight { radiance, sun }) => {
                             shading.background = Some(background::with_radiance(&desc.background, radiance, space));
                             let last = LightId((scene.lights.all().len() as u32).saturating_sub(1));

@@ -171,8 +171,7 @@ pub struct MeshDesc {
     /// The radius of points, in the space of the model.
     pub radius: Option<Positive>,
     /// The number of times that its faces are split into four.
-    #[serde(default)]
-    pub subdivide: Levels,
+    pub subdivide: Option<Spanned<Levels>>,
     pub subdivision: Option<Scheme>,
     #[serde(default)]
     pub boundary: BoundaryRule,
@@ -195,7 +194,7 @@ impl MeshDesc {
 
     /// The subdivision, if there is one; it has 0 levels where the mesh is displaced only.
     pub fn subdivision(&self) -> Option<Subdivision> {
-        let levels = self.subdivide.0;
+        let levels = self.subdivide.as_ref().map_or(0, |levels| levels.get_ref().0);
         (levels > 0 || self.displacement.is_some()).then(|| Subdivision {
             scheme: self.subdivision,
             boundary: self.boundary,

@@ -167,3 +167,13 @@ kinds! {
     /// See [`ShapeKind::curvature`].
     fn curvature(&self) -> f32;
 }
+
+impl ShapeDesc {
+    /// The mesh of a file, if it is one.
+    pub fn mesh(&self) -> Option<&mesh::MeshDesc> {
+        match self {
+            Self::Mesh(mesh) => Some(mesh),
+            _ => None,
+        }
+    }
+}

@@ -196,6 +196,14 @@ impl PatternDesc {
         use PatternDesc::{Invert, Mix, Multiply, Ramp, Remap};
         !matches!(self, Mix(_) | Multiply(_) | Ramp(_) | Invert(_) | Remap(_))
     }
+
+    /// The image of a file, if it is one.
+    pub fn image(&self) -> Option<&image::ImageDesc> {
+        match self {
+            Self::Image(image) => Some(image),
+            _ => None,
+        }
+    }
 }
 
 /// A mapping, where the pattern lies, and the pattern.

@@ -32,6 +32,16 @@ pub enum GltfError {
 }
 
 impl ModelError for GltfError {
+    fn path(&self) -> &Path {
+        let (Self::Read { path, .. }
+        | Self::Missing { path, .. }
+        | Self::Broken { path, .. }
+        | Self::UnknownName { path, .. }
+        | Self::Conflict { path, .. }
+        | Self::Unsupported { path, .. }) = self;
+        path
+    }
+
     fn is_missing(&self) -> bool {
         matches!(self, Self::Read { source, .. } | Self::Missing { source, .. } if !is_refused(source))
     }

@@ -31,6 +31,16 @@ fn unfit(width: u64, height: u64) -> String {
 }
 
 impl ImageError {
+    /// The file.
+    pub fn path(&self) -> &Path {
+        let (Self::Read { path, .. }
+        | Self::Unknown { path }
+        | Self::Broken { path, .. }
+        | Self::Size { path, .. }
+        | Self::Memory { path, .. }) = self;
+        path
+    }
+
     /// Whether the file could not be read, rather than decoded.
     pub fn is_missing(&self) -> bool {
         matches!(self, Self::Read { source, .. } if !is_refused(source))

@@ -1,6 +1,9 @@
 //! Why an OBJ model was not loaded.
 
-use std::{io, path::PathBuf};
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
 
 use crate::assets::{files::is_refused, model_format::ModelError};
 
@@ -18,6 +21,14 @@ pub enum ObjError {
 }
 
 impl ModelError for ObjError {
+    fn path(&self) -> &Path {
+        let (Self::Read { path, .. }
+        | Self::Line { path, .. }
+        | Self::Broken { path, .. }
+        | Self::Outside { path, .. }) = self;
+        path
+    }
+
     fn is_missing(&self) -> bool {
         matches!(self, Self::Read { source, .. } if !is_refused(source))
     }

@@ -48,6 +48,21 @@ pub enum SubdivisionProblem {
     NotFinite,
 }
 
+impl SubdivisionProblem {
+    /// Whether the displacement is wrong, rather than the number of levels.
+    pub fn is_of_displacement(&self) -> bool {
+        matches!(self, Self::NoUvs | Self::NotFinite)
+    }
+
+    /// A hint for the correction, where there is one.
+    pub fn help(&self) -> Option<&'static str> {
+        match self {
+            Self::NoUvs => Some("a texture with `mapping.object` or `mapping.planar` needs none"),
+            _ => None,
+        }
+    }
+}
+
 /// Meshes that are one surface, by their indices.
 struct Group {
     meshes: Vec<usize>,
