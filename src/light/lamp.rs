@@ -14,7 +14,7 @@ use super::{
 use crate::{
     math::{Ray, Rgb, Vec2, Vec3, WorkingSpace},
     shape::{Shape, ShapeHit},
-    value::{Finite, Positive, Problem, RgbFactor, Span, Spanned, UnitInterval},
+    value::{Finite, Problem, RgbFactor, Span, Spanned, Stops, UnitInterval},
 };
 
 /// The rays that find the surface of a light.
@@ -36,8 +36,8 @@ macro_rules! lamp_desc {
             $( $(#[$own])* pub $key: $Type, )*
             pub power: Option<$crate::value::RgbFactor>,
             pub radiance: Option<$crate::value::RgbFactor>,
-            pub temperature: Option<$crate::value::Spanned<$crate::value::Positive>>,
-            pub exposure: Option<$crate::value::Finite>,
+            pub temperature: Option<$crate::value::Spanned<$crate::value::Finite>>,
+            pub exposure: Option<$crate::value::Stops>,
             #[serde(default)]
             pub camera: bool,
             pub reflections: Option<bool>,
@@ -94,8 +94,8 @@ pub(super) struct Glow<'a> {
     pub span: Span,
     pub power: Option<RgbFactor>,
     pub radiance: Option<RgbFactor>,
-    pub temperature: &'a Option<Spanned<Positive>>,
-    pub exposure: Option<Finite>,
+    pub temperature: &'a Option<Spanned<Finite>>,
+    pub exposure: Option<Stops>,
     pub sight: Sight,
 }
 

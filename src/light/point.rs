@@ -56,7 +56,7 @@ use super::{
 use crate::{
     math::{Rgb, Vec2, Vec3, WorkingSpace},
     shape::{Shape, ShapeHit},
-    value::{Direction, Finite, NonNegative, Point, Positive, Problem, RgbFactor, Spanned},
+    value::{Direction, Finite, NonNegative, Point, Positive, Problem, RgbFactor, Spanned, Stops},
 };
 
 #[derive(Clone, Debug, Deserialize)]
@@ -69,8 +69,8 @@ pub struct PointDesc {
     pub target: Option<Spanned<Point>>,
     pub direction: Option<Spanned<Direction>>,
     pub up: Option<Spanned<Direction>>,
-    pub temperature: Option<Spanned<Positive>>,
-    pub exposure: Option<Finite>,
+    pub temperature: Option<Spanned<Finite>>,
+    pub exposure: Option<Stops>,
     pub radius: Option<Spanned<NonNegative>>,
     #[serde(default)]
     pub camera: bool,

@@ -39,7 +39,7 @@ use super::{
 use crate::{
     math::{Rgb, Vec2, Vec3, WorkingSpace, trig},
     shape::{Shape, ShapeHit},
-    value::{Direction, Finite, NonNegative, Point, Positive, Problem, RgbFactor, Spanned},
+    value::{Direction, Finite, NonNegative, Point, Positive, Problem, RgbFactor, Spanned, Stops},
 };
 
 #[derive(Clone, Debug, Deserialize)]
@@ -55,8 +55,8 @@ pub struct SpotDesc {
     pub power: Option<RgbFactor>,
     pub ies: Option<Spanned<String>>,
     pub up: Option<Spanned<Direction>>,
-    pub temperature: Option<Spanned<Positive>>,
-    pub exposure: Option<Finite>,
+    pub temperature: Option<Spanned<Finite>>,
+    pub exposure: Option<Stops>,
     pub radius: Option<Spanned<NonNegative>>,
     #[serde(default)]
     pub camera: bool,

@@ -28,7 +28,7 @@ use serde::Deserialize;
 use super::{IesFile, Light, LightBounds, LightFind, LightKind, LightSample, LightTables, temperature};
 use crate::{
     math::{Frame, Rgb, Vec2, Vec3, WorkingSpace, trig},
-    value::{Direction, Finite, NonNegative, Positive, Problem, RgbFactor, Spanned},
+    value::{Direction, Finite, NonNegative, Problem, RgbFactor, Spanned, Stops},
 };
 
 #[derive(Clone, Debug, Deserialize)]
@@ -36,8 +36,8 @@ use crate::{
 pub struct SunDesc {
     pub direction: Direction,
     pub irradiance: RgbFactor,
-    pub temperature: Option<Spanned<Positive>>,
-    pub exposure: Option<Finite>,
+    pub temperature: Option<Spanned<Finite>>,
+    pub exposure: Option<Stops>,
     #[serde(default)]
     pub angle: Option<Spanned<NonNegative>>,
     #[serde(default)]

@@ -2,7 +2,7 @@
 
 use crate::{
     math::Rgb,
-    value::{Finite, Positive, Problem, Spanned},
+    value::{Finite, Problem, Spanned, Stops},
 };
 
 /// The lowest and the highest temperature of a light, in K.
@@ -12,7 +12,7 @@ const RANGE: [f32; 2] = [500.0, 100_000.0];
 ///
 /// # Errors
 /// The temperature is out of range.
-pub(super) fn factor(temperature: &Option<Spanned<Positive>>, exposure: Option<Finite>) -> Result<Rgb, Problem> {
+pub(super) fn factor(temperature: &Option<Spanned<Finite>>, exposure: Option<Stops>) -> Result<Rgb, Problem> {
     let stops = libm::exp2f(exposure.map_or(0.0, |stops| stops.0));
     let Some(kelvin) = temperature else {
         return Ok(Rgb::gray(stops));
@@ -97,10 +97,10 @@ mod tests {
 
     #[test]
     fn a_stop_doubles_and_temperatures_have_a_range() {
-        let kelvin = |t: f32| Some(Spanned::new(0..1, Positive(t)));
-        assert_eq!(factor(&None, Some(Finite(-1.0))), Ok(Rgb::gray(0.5)));
+        let kelvin = |t: f32| Some(Spanned::new(0..1, Finite(t)));
+        assert_eq!(factor(&None, Some(Stops(-1.0))), Ok(Rgb::gray(0.5)));
         assert_eq!(
-            factor(&kelvin(3200.0), Some(Finite(3.0))).unwrap(),
+            factor(&kelvin(3200.0), Some(Stops(3.0))).unwrap(),
             factor(&kelvin(3200.0), None).unwrap() * 8.0
         );
         let message = factor(&kelvin(20.0), None).unwrap_err().message;

@@ -24,7 +24,7 @@ pub use kinds::{kind_or_name, name};
 pub use list::List;
 pub use names::{UnknownName, one_of, unknown_name};
 pub use number::{
-    Coordinate, Count, Direction, Finite, NonNegative, OneOrEach, Point, Positive, Precise, PrecisePositive,
+    Coordinate, Count, Direction, Finite, NonNegative, OneOrEach, Point, Positive, Precise, PrecisePositive, Stops,
     UnitInterval, number,
 };
 pub use shown::{one_line, visible};

@@ -118,6 +118,12 @@ number!(
     |v| v >= 0.0
 );
 number!(
+    /// A number of stops, of which 100 are far more than there is use for, and whose factor is finite.
+    Stops,
+    "a number of stops from -100 to 100",
+    |v| (-100.0..=100.0).contains(&v)
+);
+number!(
     /// A finite number from 0 to 1.
     UnitInterval,
     "a number from 0 to 1",
@@ -293,6 +299,10 @@ mod tests {
         assert_eq!(
             read::<Positive>("v = -1"),
             Err("expected a number above 0, found -1".into())
+        );
+        assert_eq!(
+            read::<Stops>("v = 2000"),
+            Err("expected a number of stops from -100 to 100, found 2000".into())
         );
         assert_eq!(
             read::<Finite>("v = nan"),

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Deserializer, de};
 
-use crate::{kind::named, value::Count};
+use crate::{kind::named, value::number};
 
 named! {
     /// The rules by which a mesh is subdivided.
@@ -53,9 +53,9 @@ impl Levels {
 
 impl<'de> Deserialize<'de> for Levels {
     fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
-        let Count(levels) = Count::deserialize(d)?;
-        match levels <= Self::MAX {
-            true => Ok(Self(levels)),
+        let levels = number(d)?;
+        match (0.0..=f64::from(Self::MAX)).contains(&levels) && levels.fract() == 0.0 {
+            true => Ok(Self(levels as u32)),
             false => Err(de::Error::custom(format_args!(
                 "expected a whole number from 0 to {}, found {levels}",
                 Self::MAX
