@@ -10,7 +10,7 @@ use batch_render::{
     assets::{Files, MemoryBudget},
     compare::{CompareError, Comparison, Measures, compare, heat, pairs::Pairs},
     error::Error,
-    output::{EncodeError, atomic},
+    output::atomic,
 };
 use serde::Serialize;
 
@@ -26,6 +26,10 @@ pub fn run(args: &CompareArgs, quiet: bool) -> anyhow::Result<()> {
         beyond: 0,
         updated: 0,
     };
+    if args.update && args.test.is_dir() && !args.reference.exists() {
+        // The first references.
+        fs::create_dir_all(&args.reference).map_err(|source| cannot_create(source, &args.reference))?;
+    }
     let compared = match (args.reference.is_dir(), args.test.is_dir()) {
         (true, true) => pool.install(|| run.folders())?,
         (false, false) => {
@@ -62,6 +66,9 @@ struct Line<'a> {
     reference_mean: Option<[f64; 3]>,
     #[serde(skip_serializing_if = "Option::is_none")]
     test_mean: Option<[f64; 3]>,
+    /// Numbers of the reference and of the test that are NaN or infinite.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    not_finite: Option<[u64; 2]>,
     within_tolerance: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<String>,
@@ -124,9 +131,7 @@ impl Run<'_> {
             not_finite,
             ..
         } = comparison;
-        let within = self.args.metric.of(measures) <= self.args.tolerance
-            && measures.alpha_rmse <= self.args.tolerance
-            && not_finite[0] == not_finite[1];
+        let within = self.args.accepts(measures) && not_finite[0] == not_finite[1];
         if let Some(map) = map {
             write_map(map, comparison)?;
         }
@@ -136,6 +141,7 @@ impl Run<'_> {
             measures: Some(*measures),
             reference_mean: Some(means[0]),
             test_mean: Some(means[1]),
+            not_finite: Some(*not_finite),
             within_tolerance: within,
             error: None,
         };
@@ -191,6 +197,7 @@ impl Run<'_> {
             measures: None,
             reference_mean: None,
             test_mean: None,
+            not_finite: None,
             within_tolerance: false,
             error: Some(error.to_owned()),
         };
@@ -228,13 +235,12 @@ fn write_map(path: &Path, comparison: &Comparison) -> anyhow::Result<()> {
     create_folder_of(path)?;
     let [width, height] = comparison.size;
     let bytes: Vec<u8> = comparison.flip.iter().flat_map(|error| heat::color(*error)).collect();
-    let unfit = |error: png::EncodingError| EncodeError::Unfit(error.to_string());
     let written = atomic::write(path, |out| {
         let mut encoder = png::Encoder::new(out, width, height);
         encoder.set_color(png::ColorType::Rgb);
-        let mut writer = encoder.write_header().map_err(unfit)?;
-        writer.write_image_data(&bytes).map_err(unfit)?;
-        writer.finish().map_err(unfit)
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&bytes)?;
+        Ok(writer.finish()?)
     });
     Ok(written.map_err(Error::Output)?)
 }

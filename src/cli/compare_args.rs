@@ -27,7 +27,7 @@ pub struct CompareArgs {
     #[arg(long, value_enum, value_name = "NAME", default_value_t = Metric::Flip)]
     pub metric: Metric,
 
-    /// Largest value of the measure that is accepted; beyond it the exit code is 1. It is also that of the error of alpha
+    /// Largest value of the measure that is accepted; beyond it the exit code is 1. With 0 pictures are equal
     #[arg(long, value_name = "X", default_value_t = 0.0, value_parser = not_negative)]
     pub tolerance: f64,
 
@@ -67,14 +67,18 @@ pub enum Metric {
     Largest,
 }
 
-impl Metric {
-    pub fn of(self, measures: &Measures) -> f64 {
-        match self {
-            Self::Flip => measures.flip,
-            Self::Rmse => measures.rmse,
-            Self::Relmse => measures.relmse,
-            Self::Pixels => measures.pixels,
-            Self::Largest => measures.largest,
-        }
+impl CompareArgs {
+    /// Whether these measures are within the tolerance. FLIP, RMSE and relMSE say nothing of alpha, whose error must be within it, too.
+    pub fn accepts(&self, measures: &Measures) -> bool {
+        let (value, alpha) = match self.metric {
+            // What no display shows is a difference, too.
+            Metric::Flip if self.tolerance == 0.0 => (measures.largest, 0.0),
+            Metric::Flip => (measures.flip, measures.alpha_rmse),
+            Metric::Rmse => (measures.rmse, measures.alpha_rmse),
+            Metric::Relmse => (measures.relmse, measures.alpha_rmse),
+            Metric::Pixels => (measures.pixels, 0.0),
+            Metric::Largest => (measures.largest, 0.0),
+        };
+        value <= self.tolerance && alpha <= self.tolerance
     }
 }

@@ -337,23 +337,19 @@ fn write_picture(
     rate: (i32, u32),
     frames: impl ExactSizeIterator<Item = io::Result<Vec<u8>>>,
 ) -> Result<(), EncodeError> {
-    let unfit = |error: png::EncodingError| match error {
-        png::EncodingError::IoError(source) => EncodeError::Io(source),
-        other => EncodeError::Unfit(other.to_string()),
-    };
     let mut encoder = png::Encoder::new(out, width, height);
     encoder.set_color(png::ColorType::Rgb);
     encoder.set_source_srgb(png::SrgbRenderingIntent::Perceptual);
     let (numerator, denominator) = delay(rate);
     if frames.len() > 1 {
-        encoder.set_animated(frames.len() as u32, 0).map_err(unfit)?;
-        encoder.set_frame_delay(numerator, denominator).map_err(unfit)?;
+        encoder.set_animated(frames.len() as u32, 0)?;
+        encoder.set_frame_delay(numerator, denominator)?;
     }
-    let mut writer = encoder.write_header().map_err(unfit)?;
+    let mut writer = encoder.write_header()?;
     for frame in frames {
-        writer.write_image_data(&frame?).map_err(unfit)?;
+        writer.write_image_data(&frame?)?;
     }
-    writer.finish().map_err(unfit)
+    Ok(writer.finish()?)
 }
 
 /// The end of so many frames, in hundredths of a second.

@@ -9,7 +9,11 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use batch_render::{error::Error, render::Cancelled, simd::Isa};
+use batch_render::{
+    error::{Blame, Error},
+    render::Cancelled,
+    simd::Isa,
+};
 use clap::Parser as _;
 
 use super::{
@@ -69,7 +73,7 @@ pub fn run(
         }
         match render(own, simd, quiet) {
             Ok(()) => {}
-            Err(error) if ends_the_command(&error) || args.fail_fast => return Err(error),
+            Err(error) if args.fail_fast || ends_the_command(&error, i == 0) => return Err(error),
             Err(error) => {
                 log::report(&error);
                 failed.push(scene.display().to_string());
@@ -87,14 +91,17 @@ pub fn run(
     }
 }
 
-/// Whether the next scene would fail in the same way, or nobody waits for it.
-fn ends_the_command(error: &anyhow::Error) -> bool {
+/// Whether the other scenes would fail in the same way, or were cancelled. Wrong usage is that of all scenes if the first one finds
+/// it; later ones may lack a camera or an animation that the others have.
+fn ends_the_command(error: &anyhow::Error, is_first: bool) -> bool {
     if error.is::<FramesFailed>() {
         return false;
     }
-    use batch_render::error::Blame;
-    let blame = error.downcast_ref::<Error>().map(Error::blame);
-    matches!(blame, Some(Blame::Cancelled | Blame::Usage | Blame::System))
+    match error.downcast_ref::<Error>().map(Error::blame) {
+        Some(Blame::Cancelled | Blame::System | Blame::Io) => true,
+        Some(Blame::Usage) => is_first,
+        _ => false,
+    }
 }
 
 fn names_a_scene(word: &OsStr) -> bool {

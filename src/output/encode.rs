@@ -198,3 +198,12 @@ pub enum EncodeError {
     #[error("{0}")]
     Unfit(String),
 }
+
+impl From<png::EncodingError> for EncodeError {
+    fn from(error: png::EncodingError) -> Self {
+        match error {
+            png::EncodingError::IoError(source) => Self::Io(source),
+            other => Self::Unfit(other.to_string()),
+        }
+    }
+}

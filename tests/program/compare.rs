@@ -117,3 +117,33 @@ fn what_cannot_be_compared_says_why() {
         assert!(error.contains(expected), "{args:?}: {error}");
     }
 }
+
+#[test]
+fn references_may_be_missing_at_first_and_any_difference_counts() {
+    let folder = Folder::new();
+    let write = |name: &str, [red, alpha]: [f32; 2]| {
+        let path = folder.path(name);
+        fs::create_dir_all(path.parent().expect("a folder")).expect("created");
+        exr::prelude::write_rgba_file(path, 8, 8, |_, _| (red, 0.2_f32, 0.3_f32, alpha)).expect("written");
+    };
+    write("out/a.exr", [-1.0, 1.0]);
+    assert_eq!(compared(&folder, &["expected", "out"]).0, Some(2));
+    assert_eq!(compared(&folder, &["expected", "out", "--update"]).0, Some(0));
+    assert_eq!(compared(&folder, &["expected", "out"]).0, Some(0));
+    // No display shows light below 0, which is a difference all the same.
+    write("out/a.exr", [-2.0, 1.0]);
+    let (code, line, _) = compared(&folder, &["expected", "out"]);
+    assert!(code == Some(1) && line.contains("FLIP 0.00000"), "{line}");
+    assert_eq!(
+        compared(&folder, &["expected", "out", "--tolerance", "0.001"]).0,
+        Some(0)
+    );
+    // Alpha is among the numbers of `pixels` already, whose limit holds for it.
+    write("out/a.exr", [-1.0, 0.99]);
+    assert_eq!(
+        compared(&folder, &["expected", "out", "--tolerance", "0.001"]).0,
+        Some(1)
+    );
+    let pixels = ["expected", "out", "--metric", "pixels", "--limit", "0.02"];
+    assert_eq!(compared(&folder, &pixels).0, Some(0));
+}

@@ -17,6 +17,12 @@ pub fn numbers(value: &Value) -> Vec<f64> {
     list.map(|v| v.as_f64().expect("a number")).collect()
 }
 
+/// A column of the matrix of a frame of `transforms.json`, without its last number.
+pub fn column(frame: &Value, column: usize) -> glam::DVec3 {
+    let rows = frame["transform_matrix"].as_array().expect("rows");
+    glam::DVec3::from_array([0, 1, 2].map(|row| numbers(&rows[row])[column]))
+}
+
 #[test]
 fn depth_in_millimetres_is_the_pass_and_nothing_is_0() {
     let folder = Folder::new();
@@ -299,13 +305,7 @@ pub fn check_transforms(folder: &Folder) {
         assert_eq!(frame["file_path"], format!("f.000{}.png", 3 + i));
         let (width, height) = image::image_dimensions(folder.path(&format!("out/f.000{}.png", 3 + i))).expect("a PNG");
         assert_eq!((&transforms["w"], &transforms["h"]), (&width.into(), &height.into()));
-        let rows: Vec<Vec<f64>> = frame["transform_matrix"]
-            .as_array()
-            .expect("rows")
-            .iter()
-            .map(numbers)
-            .collect();
-        let column = |c: usize| glam::DVec3::new(rows[0][c], rows[1][c], rows[2][c]);
+        let column = |c: usize| column(frame, c);
         let number = |name: &str| frame[name].as_f64().expect("a number");
         let half_angle = (f64::from(width) / 2.0 / number("fl_x")).atan();
         assert!((number("camera_angle_x") - 2.0 * half_angle).abs() < 1e-12);

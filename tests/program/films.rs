@@ -1,16 +1,9 @@
 //! Animated pictures of whole sequences, `-o film.gif` and `-o film.apng`: they hold all frames or are not written.
 
-use crate::common::{Folder, SMALL_PATH, SMALL_SCENE, stderr};
-
-const SMALL: [&str; 5] = ["s.toml", "--resolution", "16x12", "--samples", "2"];
-const FILM: [&str; 4] = ["--frames", "path.csv", "--range", "1-3"];
-
-fn folder() -> Folder {
-    let folder = Folder::new();
-    folder.write("s.toml", SMALL_SCENE);
-    folder.write("path.csv", SMALL_PATH);
-    folder
-}
+use crate::{
+    common::{SMALL_SCENE, stderr},
+    streams::{FILM, SMALL, folder},
+};
 
 #[test]
 fn films_of_gif_and_apng_hold_all_frames_at_full_size() {

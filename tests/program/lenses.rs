@@ -2,7 +2,7 @@
 
 use crate::{
     common::{Folder, stderr},
-    datasets::{check_transforms, numbers},
+    datasets::{check_transforms, column, numbers},
 };
 use glam::{DVec2, DVec3};
 use serde_json::Value;
@@ -121,13 +121,7 @@ fn check_colmap(folder: &Folder) {
             panic!("a pose has seven numbers")
         };
         let rotation = glam::DQuat::from_xyzw(x, y, z, w);
-        let rows: Vec<Vec<f64>> = frame["transform_matrix"]
-            .as_array()
-            .expect("rows")
-            .iter()
-            .map(numbers)
-            .collect();
-        let column = |c: usize| DVec3::new(rows[0][c], rows[1][c], rows[2][c]);
+        let column = |c: usize| column(frame, c);
         for point in [DVec3::ZERO, DVec3::new(1.0, 2.0, 3.0), DVec3::new(-4.0, 0.5, 7.0)] {
             let from_eye = point - column(3);
             let [right, up, back] = [0, 1, 2].map(|c| from_eye.dot(column(c)));

@@ -7,10 +7,10 @@ use std::{
 
 use crate::common::{Folder, SMALL_PATH, SMALL_SCENE, repo_str, stderr};
 
-const SMALL: [&str; 5] = ["s.toml", "--resolution", "16x12", "--samples", "2"];
-const FILM: [&str; 4] = ["--frames", "path.csv", "--range", "1-3"];
+pub const SMALL: [&str; 5] = ["s.toml", "--resolution", "16x12", "--samples", "2"];
+pub const FILM: [&str; 4] = ["--frames", "path.csv", "--range", "1-3"];
 
-fn folder() -> Folder {
+pub fn folder() -> Folder {
     let folder = Folder::new();
     folder.write("s.toml", SMALL_SCENE);
     folder.write("path.csv", SMALL_PATH);

@@ -29,11 +29,11 @@ impl Picture {
             encoder.set_source_srgb(::png::SrgbRenderingIntent::Perceptual);
         }
         for (key, text) in self.texts {
-            add_text(&mut encoder, key, text).map_err(error)?;
+            add_text(&mut encoder, key, text)?;
         }
-        let mut writer = encoder.write_header().map_err(error)?;
-        writer.write_image_data(&self.bytes).map_err(error)?;
-        writer.finish().map_err(error)?;
+        let mut writer = encoder.write_header()?;
+        writer.write_image_data(&self.bytes)?;
+        writer.finish()?;
         Ok(out.bytes)
     }
 }
@@ -44,12 +44,5 @@ fn add_text<W: Write>(encoder: &mut ::png::Encoder<W>, key: String, text: String
         encoder.add_text_chunk(key, text)
     } else {
         encoder.add_itxt_chunk(key, text)
-    }
-}
-
-fn error(error: ::png::EncodingError) -> EncodeError {
-    match error {
-        ::png::EncodingError::IoError(source) => EncodeError::Io(source),
-        other => EncodeError::Unfit(other.to_string()),
     }
 }
