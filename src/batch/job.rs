@@ -1,7 +1,7 @@
 //! A job from its scene file to its last frame, for the program, other programs and tests.
 
 use std::{
-    path::Path,
+    path::{Path, PathBuf},
     sync::{Arc, OnceLock},
     time::Instant,
 };
@@ -10,7 +10,9 @@ use super::{
     CameraRig, Existing, InputHash, Inventory, JobEvent, Observer, Plan, PlannedFrame, Request, SceneFigures, Scenes,
     Stale, Summary, Survey,
     frame_scenes::{Failed, ScenesOfFrame},
-    plan::{cameras::OwnCamera, fit::fitted, frame_rate::fps, values::tables, view_cameras::view_bounds},
+    plan::{
+        cameras::OwnCamera, fit::fitted, frame_rate::fps, path_size::sized, values::tables, view_cameras::view_bounds,
+    },
     products::{denoise, denoised, targets},
     resume::checkpoint,
     resume::job_lock::JobLock,
@@ -21,6 +23,7 @@ use crate::{
     accel,
     assets::{
         AssetError, Files, MemoryBudget, MemoryKind, Store,
+        camera_path::files_of,
         model_formats::{self, is_model},
     },
     camera::{FilmSize, FrameCamera, SceneCamera},
@@ -128,6 +131,7 @@ impl Job {
         request: &Request,
         (tables, run): (&[ValueFile], Option<ModelRun>),
     ) -> Result<Self, Error> {
+        let desc = sized(desc, request, store.files())?;
         let moves = run.as_ref().is_some_and(ModelRun::moves_camera);
         let desc = match request.frame_to_fit {
             true => fitted(desc, request, &store, (tables, moves))?,
@@ -158,7 +162,9 @@ impl Job {
     pub fn inputs(&self) -> InputHash {
         let now = || {
             let tables = self.plan.values.iter().flat_map(|values| values.paths());
-            let apart: Vec<&Path> = self.plan.camera_path.as_deref().into_iter().chain(tables).collect();
+            let of_path = self.plan.camera_path.iter().flat_map(|path| files_of(path));
+            let apart: Vec<PathBuf> = of_path.chain(tables.map(Path::to_owned)).collect();
+            let apart: Vec<&Path> = apart.iter().map(PathBuf::as_path).collect();
             InputHash::new(&self.store, &self.desc.source, &apart)
         };
         self.inputs.get().copied().unwrap_or_else(now)

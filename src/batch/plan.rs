@@ -11,6 +11,7 @@ pub(super) mod memory;
 pub(super) mod metering;
 pub(super) mod part;
 pub(super) mod passes;
+pub(super) mod path_size;
 pub(super) mod patterns;
 pub(super) mod picture;
 pub mod range;
@@ -121,6 +122,7 @@ pub struct FilePlan {
 impl Plan {
     /// Decides what `request` means for the scene `desc`, which has its overrides, and reads the camera path by way of `inputs`.
     pub fn new(desc: &SceneDesc, request: &Request, inputs: &Files) -> Result<Self, Error> {
+        let desc = &path_size::sized(desc.clone(), request, inputs)?;
         let of_scene = desc.values.as_ref().map(|file| desc.folder().join(file.get_ref()));
         let tables = values::tables(of_scene, request, inputs)?;
         Self::of_loaded(desc, request, inputs, (&tables, None, None))

@@ -13,7 +13,7 @@
 //!
 //! Each optional quantity is a curve through the keys that give it. Before the first and after the
 //! last of these keys it is constant. Times before the first or after the last key of the path are
-//! errors.
+//! errors. The intrinsics of a calibrated camera hold from their key to the next.
 
 use std::{mem::discriminant, ops::RangeInclusive};
 
@@ -22,9 +22,14 @@ use glam::{DQuat, DVec3};
 use super::{
     Camera, FilmSize, FrameCamera, Lens, LensOverrides, LookAt, Neighbours, Pose, PoseError, RotationOrder,
     lens::{Aperture, FieldOfView, Sensor},
+    pinhole::PinholeLens,
 };
 pub use crate::math::track::Interp;
-use crate::math::track::{Channel, Segment, Track};
+use crate::math::track::{Channel, Track};
+
+mod shutter;
+
+pub use shutter::{Shutter, ShutterInterval};
 
 /// Frame numbers lie between minus this and this.
 pub const MAX_FRAME: i64 = 1_000_000_000;
@@ -60,32 +65,6 @@ pub enum Orientation {
     Rotation(Rotation),
 }
 
-/// The time while the shutter is open, in frames relative to the frame's number.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Shutter {
-    pub open: f64,
-    /// At least `open`; equal means no motion blur.
-    pub close: f64,
-}
-
-/// The time while the shutter is open for one frame.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ShutterInterval {
-    frame: f64,
-    shutter: Shutter,
-    /// The limits of the shot that the frame belongs to; the camera does not move beyond them.
-    begin: f64,
-    end: f64,
-}
-
-impl ShutterInterval {
-    /// Returns the time in frames at the fraction `u`, from 0 to 1, of the interval.
-    pub fn time(&self, u: f64) -> f64 {
-        let Shutter { open, close } = self.shutter;
-        (self.frame + (open + (close - open) * u)).clamp(self.begin, self.end)
-    }
-}
-
 /// One row of a camera path.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PathKey {
@@ -95,10 +74,12 @@ pub struct PathKey {
     pub eye: DVec3,
     pub orientation: Orientation,
     pub lens: LensOverrides,
+    /// The intrinsics in pixels, which replace the lens of the scene's camera.
+    pub pinhole: Option<PinholeLens>,
     pub shutter: Option<Shutter>,
     /// The interpolation up to the next key.
     pub interp: Interp,
-    /// The name of the shot that begins here.
+    /// The name of the shot that begins here, or of the picture.
     pub name: Option<String>,
 }
 
@@ -111,6 +92,7 @@ pub struct CameraState {
     /// The distance to the target, in m, on a path with targets.
     pub target_distance: Option<f64>,
     pub lens: LensOverrides,
+    pub pinhole: Option<PinholeLens>,
     pub shutter: Option<Shutter>,
     /// The last name at or before this time.
     pub name: Option<String>,
@@ -119,7 +101,10 @@ pub struct CameraState {
 impl CameraState {
     /// Returns the lens of the scene's camera with the overrides of the path.
     pub fn apply(&self, scene: &Lens) -> Lens {
-        scene.with_overrides(&self.lens, self.target_distance)
+        match self.pinhole {
+            Some(pinhole) => pinhole.into(),
+            None => scene.with_overrides(&self.lens, self.target_distance),
+        }
     }
 
     /// Returns the camera for a film, with the overrides of the path applied to the scene's lens.
@@ -180,6 +165,8 @@ pub struct CameraPath {
     eye: Track<DVec3>,
     orientation: OrientationTrack,
     lens: LensTracks,
+    /// By the frame from which on they hold.
+    pinholes: Vec<(f64, PinholeLens)>,
     shutter: Track<Shutter>,
     /// The shutter where no key gives one.
     scene_shutter: Shutter,
@@ -187,6 +174,8 @@ pub struct CameraPath {
     cuts: Vec<f64>,
     /// By the frame from which on they hold.
     names: Vec<(f64, String)>,
+    /// The frames of the keys, if these are pictures and nothing between them is meant.
+    pictures: Option<Vec<i64>>,
 }
 
 impl CameraPath {
@@ -213,6 +202,7 @@ impl CameraPath {
                 shift_x: track(keys, |k| k.lens.shift_x),
                 shift_y: track(keys, |k| k.lens.shift_y),
             },
+            pinholes: held(keys, |k| k.pinhole),
             shutter: track(keys, |k| k.shutter),
             scene_shutter: Shutter::default(),
             cuts: keys
@@ -221,10 +211,8 @@ impl CameraPath {
                 .filter(|(a, _)| a.interp == Interp::Step)
                 .map(|(_, b)| b.frame)
                 .collect(),
-            names: keys
-                .iter()
-                .filter_map(|k| k.name.clone().map(|name| (k.frame, name)))
-                .collect(),
+            names: held(keys, |k| k.name.clone()),
+            pictures: None,
         };
         keys.iter().try_for_each(|k| path.pose(k.frame).map(drop))?;
         Ok(path)
@@ -233,6 +221,22 @@ impl CameraPath {
     /// Returns this path with the shutter of the scene's camera, where no key gives one.
     pub fn with_scene_shutter(self, scene_shutter: Shutter) -> Self {
         Self { scene_shutter, ..self }
+    }
+
+    /// Returns this path as that of the pictures at `frames`, between which nothing is meant.
+    pub fn of_pictures(self, frames: Vec<i64>) -> Self {
+        let pictures = Some(frames);
+        Self { pictures, ..self }
+    }
+
+    /// The frames of the pictures, in rising order, if the path is that of pictures.
+    pub fn pictures(&self) -> Option<&[i64]> {
+        self.pictures.as_deref()
+    }
+
+    /// The intrinsics of calibrated cameras, each with the frame from which on they hold.
+    pub fn pinholes(&self) -> &[(f64, PinholeLens)] {
+        &self.pinholes
     }
 
     /// The time of the first key, in frames.
@@ -265,14 +269,14 @@ impl CameraPath {
             });
         }
         let (pose, target_distance) = self.pose(frame)?;
-        let named = self.names.partition_point(|(from, _)| *from <= frame);
         Ok(CameraState {
             frame,
             pose,
             target_distance,
             lens: self.lens_at(frame),
+            pinhole: last(&self.pinholes, frame).copied(),
             shutter: self.shutter.at(frame),
-            name: named.checked_sub(1).map(|i| self.names[i].1.clone()),
+            name: last(&self.names, frame).cloned(),
         })
     }
 
@@ -379,24 +383,6 @@ impl CameraPath {
     }
 }
 
-impl Channel for Shutter {
-    fn linear(from: Self, to: Self, u: f64) -> Self {
-        Self {
-            open: f64::linear(from.open, to.open, u),
-            close: f64::linear(from.close, to.close, u),
-        }
-    }
-
-    fn smooth(segment: &Segment<Self>, frame: f64) -> Self {
-        let open = f64::smooth(&segment.map(|s| s.open), frame);
-        let close = f64::smooth(&segment.map(|s| s.close), frame);
-        Self {
-            open,
-            close: close.max(open),
-        }
-    }
-}
-
 fn check(keys: &[PathKey]) -> Result<(), PathError> {
     let limit = MAX_FRAME as f64;
     if let Some(key) = keys.iter().find(|k| !(-limit..=limit).contains(&k.frame)) {
@@ -438,6 +424,18 @@ fn uniform<T: PartialEq>(
 
 fn track<T: Channel>(keys: &[PathKey], value: impl Fn(&PathKey) -> Option<T>) -> Track<T> {
     Track::new(keys.iter().map(|k| (k.frame, value(k), k.interp)))
+}
+
+/// The values of keys, each with the frame from which on it holds.
+fn held<T>(keys: &[PathKey], value: impl Fn(&PathKey) -> Option<T>) -> Vec<(f64, T)> {
+    let given = keys.iter().filter_map(|k| value(k).map(|value| (k.frame, value)));
+    given.collect()
+}
+
+/// The last value at or before `frame`.
+fn last<T>(held: &[(f64, T)], frame: f64) -> Option<&T> {
+    let next = held.partition_point(|(from, _)| *from <= frame);
+    next.checked_sub(1).map(|i| &held[i].1)
 }
 
 /// The curves of the orientations of `keys`, which are all of one kind.

@@ -47,8 +47,8 @@ use glam::{DMat2, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    CalibratedView, CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, PinholeView, Pose, ViewDistortion,
-    ViewMatrices, default_up, look_at, station::Station,
+    CalibratedView, CameraKind, CameraSetup, FilmSize, Lens, LensKind, LensOverrides, PinholeView, Pose,
+    ViewDistortion, ViewMatrices, default_up, look_at, station::Station,
 };
 use crate::{
     math::{Ray, RayCone, Vec2, Vec3},
@@ -112,6 +112,12 @@ pub struct PinholeLens {
     /// The size of the pictures for which the others hold, in pixels.
     pub size: Option<[f64; 2]>,
     pub distortion: Distortion,
+}
+
+impl From<PinholeLens> for Lens {
+    fn from(lens: PinholeLens) -> Self {
+        Self::Pinhole(lens)
+    }
 }
 
 impl LensKind for PinholeLens {

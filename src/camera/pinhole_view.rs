@@ -42,8 +42,8 @@ impl PinholeView {
 pub enum ViewDistortion {
     #[default]
     None,
-    /// `k1, k2, k3` and `p1, p2` of OpenCV.
-    OpenCv { radial: [f64; 3], tangential: [f64; 2] },
+    /// `k1, k2, p1, p2, k3, k4, k5, k6, s1, s2, s3, s4` of OpenCV.
+    OpenCv([f64; 12]),
     /// `k1, k2, k3, k4` of OpenCV's `fisheye`.
     OpenCvFisheye([f64; 4]),
 }

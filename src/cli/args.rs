@@ -137,7 +137,7 @@ pub struct BenchArgs {
     #[arg(long, conflicts_with_all = ["embree", "report", "builds"])]
     pub picture: bool,
 
-    /// Camera path of the picture, a CSV file; its first frame is measured unless `--range` names one
+    /// Camera path of the picture; its first frame is measured unless `--range` names one
     #[arg(long, value_name = "FILE", requires = "picture")]
     pub frames: Option<PathBuf>,
 
@@ -215,7 +215,7 @@ pub struct RenderArgs {
     #[arg(value_name = "SCENE", hide_short_help = true)]
     pub more: Vec<PathBuf>,
 
-    /// Camera path, a CSV file; without it, the scene's own camera renders one frame
+    /// Cameras of the frames: CSV, COLMAP, .chan, .json, ...; without it, frame 1
     #[arg(long, value_name = "FILE", help_heading = heading::FRAMES)]
     pub frames: Option<PathBuf>,
 

@@ -178,6 +178,7 @@ impl ViewCamera {
                 roll: Some(self.roll),
             },
             lens: self.lens.overrides(),
+            pinhole: None,
             shutter: None,
             interp: Interp::default(),
             name: None,

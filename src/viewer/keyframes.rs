@@ -53,13 +53,16 @@ impl Keyframes {
     /// # Errors
     /// The file is invalid, or its name is not that of a camera path.
     pub fn open(file: &Path, request: &Request) -> Result<Self, Error> {
-        if CameraPathFormat::of_path(file).is_none() {
-            return Err(CameraPathError::UnknownFormat { path: file.to_owned() }.into());
+        match CameraPathFormat::of_path(file) {
+            Some(format) if format.holds_values() => {}
+            Some(format) => {
+                let (name, path) = (format.name, file.display());
+                let message = format!("keys are kept in CSV files, not in those of {name}: {path}");
+                return Err(Error::Usage(message));
+            }
+            None => return Err(CameraPathError::UnknownFormat { path: file.to_owned() }.into()),
         }
-        let options = CameraPathOptions {
-            fps: request.fps,
-            rotation_order: request.rotation_order,
-        };
+        let options = request.path_options(None);
         let mut keyframes = Self {
             file: file.to_owned(),
             options,

@@ -9,6 +9,7 @@ mod assignment;
 mod batches;
 mod bits;
 mod bump;
+mod cameras;
 mod catchers;
 mod cells;
 mod chunks;

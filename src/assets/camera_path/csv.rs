@@ -34,7 +34,7 @@
 
 use crate::camera::path::CameraPath;
 
-use super::{CameraPathOptions, PathProblem, PathProblems};
+use super::{CameraPathOptions, PathProblem, PathProblems, Source};
 
 mod columns;
 pub mod document;
@@ -46,8 +46,12 @@ mod rows;
 mod table;
 pub mod values;
 
-/// The camera path of a file's bytes.
-pub(super) fn read(bytes: &[u8], options: &CameraPathOptions) -> Result<CameraPath, PathProblems> {
+/// The camera path of a file.
+pub(super) fn read(source: &Source<'_>) -> Result<CameraPath, PathProblems> {
+    read_bytes(source.bytes, source.options)
+}
+
+fn read_bytes(bytes: &[u8], options: &CameraPathOptions) -> Result<CameraPath, PathProblems> {
     let table = table::Table::read(bytes)?;
     let layout = layout::Layout::read(&table, options)?;
     let keys = rows::read(&table, &layout)?;

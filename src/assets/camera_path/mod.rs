@@ -1,6 +1,7 @@
 //! Camera paths from files.
 //!
-//! A format is one file and one row of [`FORMATS`].
+//! A format is one file and one row of [`FORMATS`]. Poses of all of them become those of a camera that looks along its -z with +y up;
+//! the axes of the world, its origin and its unit stay as they are. Intrinsics in pixels become the camera `pinhole`.
 
 use std::{
     io,
@@ -10,9 +11,17 @@ use std::{
 use super::Files;
 use crate::{camera::path::CameraPath, value::one_of};
 
+mod chan;
+mod colmap;
 mod csv;
+mod gltf_nodes;
+mod keys;
+mod opencv;
 mod options;
 mod problem;
+mod source;
+mod transforms;
+mod tum;
 
 pub use csv::{
     document::PathDocument,
@@ -21,6 +30,7 @@ pub use csv::{
 };
 pub use options::CameraPathOptions;
 pub use problem::{PathProblem, PathProblems};
+pub use source::Source;
 
 /// A format of camera paths.
 #[derive(Debug)]
@@ -28,15 +38,45 @@ pub struct CameraPathFormat {
     pub name: &'static str,
     /// File extensions, in lower case.
     pub extensions: &'static [&'static str],
-    read: fn(&[u8], &CameraPathOptions) -> Result<CameraPath, PathProblems>,
+    /// The names of the only files of this format, if other formats have their endings.
+    names: &'static [&'static str],
+    read: fn(&Source<'_>) -> Result<CameraPath, PathProblems>,
 }
 
-/// All formats.
-pub const FORMATS: &[CameraPathFormat] = &[CameraPathFormat {
-    name: "csv",
-    extensions: &["csv", "tsv"],
-    read: csv::read,
-}];
+const fn row(
+    name: &'static str,
+    extensions: &'static [&'static str],
+    names: &'static [&'static str],
+    read: fn(&Source<'_>) -> Result<CameraPath, PathProblems>,
+) -> CameraPathFormat {
+    CameraPathFormat {
+        name,
+        extensions,
+        names,
+        read,
+    }
+}
+
+/// The files of reconstructions of COLMAP.
+const RECONSTRUCTION: &[&str] = &[
+    "images.bin",
+    "images.txt",
+    "cameras.bin",
+    "cameras.txt",
+    "points3D.bin",
+    "points3D.txt",
+];
+
+/// All formats. Those with names of files are before others with the same endings.
+pub const FORMATS: &[CameraPathFormat] = &[
+    row("csv", &["csv", "tsv"], &[], csv::read),
+    row("chan", &["chan"], &[], chan::read),
+    row("colmap", &["bin", "txt"], RECONSTRUCTION, colmap::read),
+    row("tum", &["tum", "txt"], &[], tum::read),
+    row("transforms", &["json"], &[], transforms::read),
+    row("gltf", &["gltf", "glb"], &[], gltf_nodes::read),
+    row("opencv", &["yaml", "yml"], &[], opencv::read),
+];
 
 /// Why there is no camera path.
 #[derive(Debug, thiserror::Error)]
@@ -86,7 +126,12 @@ pub fn load_values(
 }
 
 fn extensions() -> impl Iterator<Item = &'static str> {
-    FORMATS.iter().flat_map(|f| f.extensions).copied()
+    let all = FORMATS
+        .iter()
+        .enumerate()
+        .flat_map(|(i, f)| f.extensions.iter().map(move |e| (i, *e)));
+    let is_first = |(i, e): &(usize, &str)| FORMATS[..*i].iter().all(|f| !f.extensions.contains(e));
+    all.filter(is_first).map(|(_, e)| e)
 }
 
 impl CameraPathFormat {
@@ -95,22 +140,56 @@ impl CameraPathFormat {
         FORMATS.iter().find(|f| f.name.eq_ignore_ascii_case(name))
     }
 
-    /// The format by the extension of a file's name.
+    /// The format by a file's name: by its extension, and by the whole name where several formats have that. A folder is a
+    /// reconstruction of COLMAP.
     pub fn of_path(path: &Path) -> Option<&'static Self> {
+        if path.is_dir() {
+            return Self::by_name("colmap");
+        }
+        let name = path.file_name()?.to_str()?;
         let extension = path.extension()?.to_str()?.to_ascii_lowercase();
-        FORMATS.iter().find(|f| f.extensions.contains(&extension.as_str()))
+        let is_format = |f: &&Self| f.extensions.contains(&extension.as_str());
+        let is_name = |f: &&Self| f.names.is_empty() || f.names.contains(&name);
+        FORMATS.iter().filter(is_format).find(is_name)
+    }
+
+    /// Whether a file may have columns of values beside those of the camera.
+    pub fn holds_values(&self) -> bool {
+        self.name == "csv"
     }
 
     /// Reads a camera path in this format.
     ///
     /// # Errors
     /// Up to 20 problems, and how many more there are.
-    pub fn read(&self, bytes: &[u8], options: &CameraPathOptions) -> Result<CameraPath, PathProblems> {
-        (self.read)(bytes, options)
+    pub fn read(&self, source: &Source<'_>) -> Result<CameraPath, PathProblems> {
+        (self.read)(source)
     }
 }
 
-/// Loads a camera path, in the given format or by the file's extension.
+/// The files that a camera path consists of: itself, or those of a reconstruction.
+pub fn files_of(path: &Path) -> Vec<PathBuf> {
+    let main = main_file(path);
+    let is_binary = main.extension().is_some_and(|ending| ending == "bin");
+    match CameraPathFormat::of_path(&main) {
+        Some(format) if !format.names.is_empty() => colmap::file_names(is_binary)
+            .map(|name| main.with_file_name(name))
+            .into(),
+        _ => vec![main],
+    }
+}
+
+/// The file that a path names: of a folder, the images of its reconstruction.
+fn main_file(path: &Path) -> PathBuf {
+    if !path.is_dir() {
+        return path.to_owned();
+    }
+    let names = [true, false].map(|is_binary| path.join(colmap::file_names(is_binary)[0]));
+    let [binary, text] = names;
+    if binary.is_file() { binary } else { text }
+}
+
+/// Loads a camera path, in the given format or by the file's name.
 ///
 /// # Errors
 /// The file cannot be read, its format is unknown, or its contents are invalid.
@@ -124,69 +203,27 @@ pub fn load(
     let format = format
         .or_else(|| CameraPathFormat::of_path(path))
         .ok_or_else(|| CameraPathError::UnknownFormat { path: owned() })?;
+    let path = &if format.names.is_empty() {
+        path.to_owned()
+    } else {
+        main_file(path)
+    };
+    let owned = || path.to_owned();
     let bytes = files.read(path).map_err(|source| match source.kind() {
         io::ErrorKind::NotFound => CameraPathError::NotFound { path: owned() },
         _ => CameraPathError::Io { path: owned(), source },
     })?;
-    format
-        .read(&bytes, options)
-        .map_err(|problems| CameraPathError::Invalid {
-            path: owned(),
-            problems,
-        })
+    let source = Source {
+        path,
+        bytes: &bytes,
+        options,
+        files,
+    };
+    format.read(&source).map_err(|problems| CameraPathError::Invalid {
+        path: owned(),
+        problems,
+    })
 }
 
 #[cfg(test)]
-mod tests {
-    use std::fs;
-
-    use super::*;
-
-    #[test]
-    fn a_missing_file_is_told_from_one_that_cannot_be_read() {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let missing = folder.path().join("path.csv");
-        let error = load(&missing, None, &CameraPathOptions::default(), &Files::default()).unwrap_err();
-        assert!(matches!(error, CameraPathError::NotFound { .. }));
-        assert_eq!(
-            error.to_string(),
-            format!("there is no such camera path: {}", missing.display())
-        );
-
-        let csv = CameraPathFormat::by_name("CSV");
-        let error = load(folder.path(), csv, &CameraPathOptions::default(), &Files::default()).unwrap_err();
-        assert!(matches!(error, CameraPathError::Io { .. }));
-    }
-
-    #[test]
-    fn an_unknown_ending_names_the_known_ones() {
-        let error = load(
-            Path::new("shot.abc"),
-            None,
-            &CameraPathOptions::default(),
-            &Files::default(),
-        )
-        .unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "unknown camera path format (expected one of `csv`, `tsv`): shot.abc"
-        );
-    }
-
-    #[test]
-    fn a_file_is_loaded_and_its_problems_bear_its_name() {
-        let folder = tempfile::tempdir().expect("a temporary folder");
-        let path = folder.path().join("Shot.CSV");
-        let header = "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z\n";
-        fs::write(&path, format!("{header}1,0,0,15,0,0,0\n")).expect("written");
-        let loaded = load(&path, None, &CameraPathOptions::default(), &Files::default()).expect("a path");
-        assert_eq!(loaded.frames(), 1..=1);
-
-        fs::write(&path, format!("{header}1,abc,0,15,0,0,0\n")).expect("written");
-        let error = load(&path, None, &CameraPathOptions::default(), &Files::default()).unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            format!("{}:2: eye_x: 'abc' is not a number", path.display())
-        );
-    }
-}
+mod tests;

@@ -1,6 +1,9 @@
 //! Errors in a camera path file, with their places.
 
-use std::{fmt, path::Path};
+use std::{
+    fmt,
+    path::{Path, PathBuf},
+};
 
 /// The number of problems that are kept; the others are only counted.
 const KEPT: usize = 20;
@@ -47,9 +50,17 @@ impl PathProblem {
 pub struct PathProblems {
     problems: Vec<PathProblem>,
     more: usize,
+    /// The file that they are in, if it is another than the one that was read.
+    file: Option<PathBuf>,
 }
 
 impl PathProblems {
+    /// These as problems of another file, unless they are those of one already.
+    pub(super) fn in_file(self, file: &Path) -> Self {
+        let file = self.file.or_else(|| Some(file.to_owned()));
+        Self { file, ..self }
+    }
+
     pub(super) fn push(&mut self, problem: PathProblem) {
         if self.problems.len() < KEPT {
             self.problems.push(problem);
@@ -96,7 +107,8 @@ impl fmt::Display for Listed<'_> {
             if i > 0 {
                 f.write_str("\n")?;
             }
-            write!(f, "{}", self.path.display())?;
+            let file = self.problems.file.as_deref().unwrap_or(self.path);
+            write!(f, "{}", file.display())?;
             if let Some(line) = problem.line {
                 write!(f, ":{line}")?;
             }
@@ -116,7 +128,7 @@ impl From<PathProblem> for PathProblems {
     fn from(problem: PathProblem) -> Self {
         Self {
             problems: vec![problem],
-            more: 0,
+            ..Self::default()
         }
     }
 }

@@ -12,6 +12,7 @@ use crate::{
     batch::{FrameRange, Request, Turn},
     camera::{
         Camera, FilmSize, FrameCamera, Lens, Neighbours, SceneCamera,
+        lens::Aperture,
         path::{CameraPath, PathError, Shutter},
     },
     compile::{self, default_scene::ModelRun},
@@ -101,16 +102,16 @@ pub(in crate::batch) fn cameras(
             ))),
         });
     };
-    let options = camera_path::CameraPathOptions {
-        fps: request.fps,
-        rotation_order: request.rotation_order,
-    };
+    let options = request.path_options(scene_camera.map(|camera| camera.pose));
     let path = camera_path::load(file, None, &options, inputs)?.with_scene_shutter(desc.shutter);
     let all = path.frames();
     let what = format!("the camera path, which has frames {} to {}", all.start(), all.end());
     let lens = scene_camera.map_or_else(Lens::default, |c| c.lens);
     check_columns(file, &path, &lens)?;
     warn_of_columns(file, &path, request);
+    if !path.pinholes().is_empty() {
+        warn_of_lens(file, &lens, request);
+    }
     for (name, table) in values.into_iter().flat_map(Values::of_camera) {
         let keys: Vec<&str> = name.split('.').collect();
         if let Some(other) = replacing(&keys, &path) {
@@ -131,7 +132,10 @@ pub(in crate::batch) fn cameras(
         Err(NoFrameCamera::Lens(error)) => return Err(error),
         camera => camera.ok(),
     };
-    let frames = frames(request, (&all, &all), &what)?;
+    let frames = match (path.pictures(), &request.range) {
+        (Some(pictures), None) => FrameRange::of(pictures.iter().copied()),
+        _ => frames(request, (&all, &all), &what)?,
+    };
     let of = |frame: i64| {
         let camera = path.frame_camera(frame as f64, lens_at, resolution);
         camera
@@ -255,6 +259,23 @@ fn warn_of_columns(file: &Path, path: &CameraPath, request: &Request) {
         let text = format!("{origin} has no effect, {by} replaces it: {}", file.display());
         let warnings = &request.warnings;
         warnings.add_topic(WarningKind::UNUSED_SETTING, "columns", origin, text);
+    }
+}
+
+/// Warns if the calibrated cameras of a path replace a lens with depth of field.
+fn warn_of_lens(file: &Path, lens: &Lens, request: &Request) {
+    let is_open = match lens.parameters().aperture {
+        Some(Aperture::Radius(radius)) => radius > 0.0,
+        Some(Aperture::FStop(_)) => true,
+        None => false,
+    };
+    if is_open {
+        let text = format!(
+            "the scene's camera has depth of field, the calibrated cameras that replace it have none: {}",
+            file.display()
+        );
+        let warnings = &request.warnings;
+        warnings.add_topic(WarningKind::UNUSED_SETTING, "aperture", file.display(), text);
     }
 }
 

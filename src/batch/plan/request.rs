@@ -4,12 +4,12 @@ use std::{path::PathBuf, time::Duration};
 
 use crate::{
     accel::BuildOptions,
-    assets::{SuppliedFile, store::MissingAssets},
+    assets::{SuppliedFile, camera_path::CameraPathOptions, store::MissingAssets},
     batch::{
         DenoiseOptions, DenoiseSteps, Existing, FrameRange, IfBusy, JobPart, OnFailure, Turn, Views,
         products::metadata::Sidecar,
     },
-    camera::RotationOrder,
+    camera::{Pose, RotationOrder},
     describe::Overrides,
     output::{
         DepthUnit, Format,
@@ -122,6 +122,15 @@ pub struct Policy {
 }
 
 impl Request {
+    /// The settings for reading a camera path, with the pose of the scene's camera.
+    pub(crate) fn path_options(&self, pose: Option<Pose>) -> CameraPathOptions {
+        CameraPathOptions {
+            fps: self.fps,
+            rotation_order: self.rotation_order,
+            pose,
+        }
+    }
+
     /// The denoising that is asked for. Views in a row are no neighbours in time, so that none helps another.
     pub(in crate::batch) fn denoising(&self) -> Option<DenoiseOptions> {
         let options = self.denoise.clone()?;

@@ -5,7 +5,7 @@ use std::{collections::HashMap, path::PathBuf, sync::Arc};
 use crate::{
     assets::{
         Files,
-        camera_path::{self, CameraPathOptions, ValueColumns, load_values},
+        camera_path::{self, CameraPathFormat, ValueColumns, load_values},
     },
     batch::Request,
     describe::{SceneDesc, ValueFile, Values},
@@ -18,10 +18,7 @@ pub(in crate::batch) fn tables(
     request: &Request,
     inputs: &Files,
 ) -> Result<Vec<ValueFile>, Error> {
-    let options = CameraPathOptions {
-        fps: request.fps,
-        rotation_order: request.rotation_order,
-    };
+    let options = request.path_options(None);
     let table = request
         .values
         .clone()
@@ -30,6 +27,7 @@ pub(in crate::batch) fn tables(
     let camera_path = request
         .camera_path
         .clone()
+        .filter(|path| CameraPathFormat::of_path(path).is_none_or(CameraPathFormat::holds_values))
         .map(|path| (path, ValueColumns::BesideCamera));
     let mut files = Vec::new();
     for (path, which) in table.into_iter().chain(camera_path) {

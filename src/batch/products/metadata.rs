@@ -12,7 +12,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::{
-    camera::{CalibratedView, FrameCamera},
+    camera::{CalibratedView, FrameCamera, ViewDistortion},
     error::Error,
     kind::named,
 };
@@ -61,6 +61,11 @@ pub(in crate::batch) fn check<'a>(
 pub(in crate::batch) fn calibrated(camera: &FrameCamera) -> Result<CalibratedView, Error> {
     let message = "--metadata transforms: only perspective cameras have focal lengths, and pinholes without skew, with \
                    `kannala_brandt` or up to five numbers of `opencv`";
-    let view = camera.camera(0.0).calibrated();
+    // Readers of `transforms.json` take a fourth coefficient of the radius for another model.
+    let is_known = |view: &CalibratedView| match view.distortion {
+        ViewDistortion::OpenCv([_, _, _, _, _, others @ ..]) => others == [0.0; 7],
+        ViewDistortion::None | ViewDistortion::OpenCvFisheye(_) => true,
+    };
+    let view = camera.camera(0.0).calibrated().filter(is_known);
     view.ok_or_else(|| Error::Usage(message.to_owned()))
 }

@@ -96,10 +96,8 @@ impl From<ViewDistortion> for Coefficients {
         };
         match distortion {
             ViewDistortion::None => Self::default(),
-            ViewDistortion::OpenCv {
-                radial: [k1, k2, k3],
-                tangential: [p1, p2],
-            } => Self {
+            // Cameras with the other terms are refused.
+            ViewDistortion::OpenCv([k1, k2, p1, p2, k3, ..]) => Self {
                 p1: Some(p1),
                 p2: Some(p2),
                 ..radial(k1, k2, k3)
@@ -126,7 +124,7 @@ impl Transforms {
         let first = first.map(|frame| calibrated(&rig.camera(plan, frame))).transpose()?;
         let model = match first.map(|view| view.distortion).unwrap_or_default() {
             ViewDistortion::None => "PINHOLE",
-            ViewDistortion::OpenCv { .. } => "OPENCV",
+            ViewDistortion::OpenCv(_) => "OPENCV",
             ViewDistortion::OpenCvFisheye(_) => "OPENCV_FISHEYE",
         };
         let own: HashSet<i32> = plan.frames.iter().map(|frame| frame.number).collect();

@@ -13,6 +13,7 @@ fn looking(frame: f64, eye: DVec3) -> PathKey {
             roll: None,
         },
         lens: LensOverrides::default(),
+        pinhole: None,
         shutter: None,
         interp: Interp::Smooth,
         name: None,

@@ -164,10 +164,6 @@ impl Model for Brown {
     }
 
     fn of_data_sets(&self) -> Option<ViewDistortion> {
-        let [k1, k2, p1, p2, k3, others @ ..] = self.coefficients;
-        (others == [0.0; 7]).then_some(ViewDistortion::OpenCv {
-            radial: [k1, k2, k3],
-            tangential: [p1, p2],
-        })
+        Some(ViewDistortion::OpenCv(self.coefficients))
     }
 }

@@ -69,8 +69,8 @@ macro_rules! models {
                 match self { Self::None => 1.0, $( Self::$Variant(model) => model.middle_slope(), )* }
             }
 
-            /// See [`Model::of_data_sets`].
-            pub(super) fn of_data_sets(&self) -> Option<ViewDistortion> {
+            /// This distortion as data sets say it; `None` if they do not know it.
+            pub fn of_data_sets(&self) -> Option<ViewDistortion> {
                 match self { Self::None => Some(ViewDistortion::None), $( Self::$Variant(model) => model.of_data_sets(), )* }
             }
         }
@@ -81,6 +81,17 @@ models! {
     "opencv" => Brown,
     "kannala_brandt" => KannalaBrandt,
     "fisheye_polynomial" => FisheyePolynomial,
+}
+
+impl From<ViewDistortion> for Distortion {
+    fn from(of_data_set: ViewDistortion) -> Self {
+        match of_data_set {
+            ViewDistortion::None => Self::None,
+            ViewDistortion::OpenCv(coefficients) if coefficients == [0.0; 12] => Self::None,
+            ViewDistortion::OpenCv(coefficients) => Self::Brown(Brown::new(&coefficients)),
+            ViewDistortion::OpenCvFisheye(coefficients) => Self::KannalaBrandt(KannalaBrandt::new(&coefficients)),
+        }
+    }
 }
 
 /// The coefficients of a model, as many as it takes.

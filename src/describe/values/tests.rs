@@ -25,7 +25,7 @@ fn read(table: &str) -> Result<Values, String> {
 fn read_for(scene: &SceneDesc, table: &str) -> Result<Values, String> {
     let options = CameraPathOptions {
         fps: Some(10.0),
-        rotation_order: None,
+        ..CameraPathOptions::default()
     };
     let path = PathBuf::from("v.csv");
     let table = ValueTable::read(table.as_bytes(), ValueColumns::All, &options);

@@ -224,6 +224,7 @@ impl<'a> Cells<'a> {
             eye: eye?,
             orientation: orientation?,
             lens,
+            pinhole: None,
             shutter,
             interp,
             name,

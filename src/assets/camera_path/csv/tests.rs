@@ -16,7 +16,7 @@ use crate::{
 const HEADER: &str = "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z";
 
 fn parse_with(text: &str, options: &CameraPathOptions) -> Result<CameraPath, String> {
-    read(text.as_bytes(), options).map_err(|problems| problems.display(Path::new("camera_path.csv")).to_string())
+    read_bytes(text.as_bytes(), options).map_err(|problems| problems.display(Path::new("camera_path.csv")).to_string())
 }
 
 fn parse(text: &str) -> Result<CameraPath, String> {
@@ -319,7 +319,7 @@ fn twenty_problems_are_listed_and_the_rest_counted() {
 #[test]
 fn what_is_not_utf_8_is_said_to_be_so() {
     let message = |bytes: &[u8]| {
-        let problems = read(bytes, &CameraPathOptions::default()).unwrap_err();
+        let problems = read_bytes(bytes, &CameraPathOptions::default()).unwrap_err();
         problems.display(Path::new("a.csv")).to_string()
     };
     assert_eq!(
@@ -423,8 +423,8 @@ proptest! {
 
     #[test]
     fn no_bytes_make_it_panic(head in "(frame|time|tx|y|z|qx|qw|look_at_x|fov|[;,\t]){0,12}", body in "[-0-9.,;\"\n\t#eE ]{0,200}") {
-        let options = CameraPathOptions { fps: Some(24.0), rotation_order: None };
-        let _ = read(format!("{head}\n{body}").as_bytes(), &options);
-        let _ = read(format!("{HEADER}\n{body}").as_bytes(), &options);
+        let options = CameraPathOptions { fps: Some(24.0), ..CameraPathOptions::default() };
+        let _ = read_bytes(format!("{head}\n{body}").as_bytes(), &options);
+        let _ = read_bytes(format!("{HEADER}\n{body}").as_bytes(), &options);
     }
 }

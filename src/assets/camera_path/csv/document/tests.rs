@@ -36,6 +36,7 @@ fn key(frame: f64, eye: [f64; 3]) -> PathKey {
             roll: Some(0.0),
         },
         lens: LensOverrides::default(),
+        pinhole: None,
         shutter: None,
         interp: Interp::default(),
         name: None,

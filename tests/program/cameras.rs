@@ -1,0 +1,212 @@
+//! Cameras from other programs' files: what a job writes of its cameras is a camera path of the same pictures.
+
+use crate::{
+    common::Folder,
+    datasets::{check_transforms, column, numbers},
+};
+use serde_json::Value;
+
+const SCENE: &str = "[camera]\npinhole = { eye = [0, 1, 4], target = [0, 0, 0], size = [128, 96], fx = 140, fy = 144, cx = 60, cy = 50, \
+    distortion.opencv = [-0.2, 0.05, 0.001, -0.002] }\n\
+    [material.m]\nmatte = { albedo = 0.5 }\n\
+    [[object]]\nmaterial = \"m\"\nshape.sphere = { center = [0.3, 0, 0], radius = 1 }\n";
+
+/// The same scene with another camera.
+fn plain() -> String {
+    let start = SCENE.find("pinhole").expect("the camera");
+    let end = start + SCENE[start..].find('\n').expect("an end of the line");
+    let camera = "perspective = { eye = [9, 9, 9], target = [0, 0, 0] }";
+    [&SCENE[..start], camera, &SCENE[end..]].concat()
+}
+
+fn transforms(folder: &Folder, name: &str) -> Value {
+    serde_json::from_slice(&folder.read(name)).expect("JSON")
+}
+
+/// Compares the numbers of two files of cameras.
+fn assert_same_cameras(a: &Value, b: &Value) {
+    let frames = |value: &Value| value["frames"].as_array().expect("frames").clone();
+    assert_eq!(
+        (&a["w"], &a["h"], &a["camera_model"]),
+        (&b["w"], &b["h"], &b["camera_model"])
+    );
+    assert_eq!(frames(a).len(), frames(b).len());
+    for (a, b) in frames(a).iter().zip(&frames(b)) {
+        assert_eq!((&a["frame"], &a["file_path"]), (&b["frame"], &b["file_path"]));
+        for key in ["fl_x", "fl_y", "cx", "cy", "k1", "k2", "k3", "p1", "p2"] {
+            let [a, b] = [a, b].map(|frame| frame[key].as_f64().expect("a number"));
+            assert!((a - b).abs() < 1e-9, "{key}: {a} and {b}");
+        }
+        for c in 0..4 {
+            assert!((column(a, c) - column(b, c)).length() < 1e-9);
+        }
+        assert_eq!(numbers(&a["transform_matrix"][3]), [0.0, 0.0, 0.0, 1.0]);
+    }
+}
+
+#[test]
+fn the_cameras_that_a_job_writes_are_a_camera_path_of_the_same_pictures() {
+    let folder = Folder::new();
+    folder.write("s.toml", SCENE);
+    folder.write("plain.toml", &plain());
+    folder.write(
+        "path.csv",
+        "frame, eye_x, eye_y, eye_z, target_x, target_y, target_z\n3, 0, 1, 4, 0, 0, 0\n4, 3, 0, 2, 0, 0, 0\n",
+    );
+    let flags = [
+        "--samples",
+        "1",
+        "--aovs",
+        "P",
+        "--metadata",
+        "transforms,colmap",
+        "--progress",
+        "none",
+    ];
+    let pictures = ["-o", "out/f.####.exr", "-o", "out/f.####.png"];
+    let size = ["--resolution", "64x48"];
+    folder.succeed(&[&["s.toml", "--frames", "path.csv"], &flags[..], &pictures, &size].concat());
+    let first = transforms(&folder, "out/transforms.json");
+    let light = folder.read("out/f.0003.png");
+    std::fs::rename(folder.path("out"), folder.path("first")).expect("renamed");
+    for cameras in [
+        "first/transforms.json",
+        "first/sparse/0",
+        "first/sparse/0/images.txt",
+        "first/sparse/0/cameras.txt",
+    ] {
+        // The size is that of the file, and the pictures have their frames.
+        folder.succeed(&[&["plain.toml", "--frames", cameras], &flags[..], &pictures].concat());
+        assert_same_cameras(&first, &transforms(&folder, "out/transforms.json"));
+        check_transforms(&folder);
+        let again = image::load_from_memory(&folder.read("out/f.0003.png"))
+            .expect("a PNG")
+            .into_rgba8();
+        let light = image::load_from_memory(&light).expect("a PNG").into_rgba8();
+        let difference = light.iter().zip(again.iter()).map(|(a, b)| a.abs_diff(*b)).max();
+        assert!(difference <= Some(1), "{cameras}: {difference:?}");
+        std::fs::remove_dir_all(folder.path("out")).expect("removed");
+    }
+    // Another size scales the view.
+    let small = ["--resolution", "32x24"];
+    folder.succeed(
+        &[
+            &["plain.toml", "--frames", "first/sparse/0"],
+            &flags[..],
+            &pictures,
+            &small,
+        ]
+        .concat(),
+    );
+    check_transforms(&folder);
+    let scaled = transforms(&folder, "out/transforms.json");
+    assert_eq!(scaled["w"], 32);
+    let focal = |value: &Value| value["frames"][0]["fl_x"].as_f64().expect("a number");
+    assert!((2.0 * focal(&scaled) - focal(&first)).abs() < 1e-9);
+}
+
+#[test]
+fn pictures_are_frames_of_their_own_and_a_change_of_one_renders_it_alone() {
+    let folder = Folder::new();
+    folder.write("plain.toml", &plain());
+    let cameras = |x: &str| {
+        let frame = |number: &str, x: &str| {
+            format!(
+                r#"{{"file_path": "f_{number}.png", "transform_matrix": [[1, 0, 0, {x}], [0, 1, 0, 0], [0, 0, 1, 4]]}}"#
+            )
+        };
+        let frames = [frame("010", "0"), frame("900", x)].join(", ");
+        let text = format!(r#"{{"w": 16, "h": 12, "fl_x": 20, "frames": [{frames}]}}"#);
+        folder.write("cameras.json", &text)
+    };
+    let job = [
+        "plain.toml",
+        "--frames",
+        "cameras.json",
+        "--samples",
+        "1",
+        "-o",
+        "f.####.exr",
+        "--skip-existing",
+    ];
+    cameras("0.5");
+    folder.succeed(&job);
+    assert_eq!(
+        folder.names(),
+        ["cameras.json", "f.0010.exr", "f.0900.exr", "plain.toml"]
+    );
+    cameras("0.25");
+    let stale = folder.succeed(&[&job[..7], &["--list-stale"]].concat());
+    assert!(stale.lines().count() == 1 && stale.contains("f.0900.exr"), "{stale}");
+    // A range may name frames between them.
+    folder.succeed(&[&job[..], &["--range", "11"]].concat());
+    assert!(folder.path("f.0011.exr").exists());
+}
+
+#[test]
+fn pictures_of_several_sizes_need_one() {
+    let folder = Folder::new();
+    folder.write("plain.toml", &plain());
+    let frame = |w: u32, x: u32| {
+        format!(
+            r#"{{"w": {w}, "h": 12, "fl_x": 20, "transform_matrix": [[1, 0, 0, {x}], [0, 1, 0, 0], [0, 0, 1, 4]]}}"#
+        )
+    };
+    folder.write(
+        "cameras.json",
+        &format!(r#"{{"frames": [{}, {}]}}"#, frame(16, 0), frame(18, 1)),
+    );
+    let job = [
+        "plain.toml",
+        "--frames",
+        "cameras.json",
+        "--samples",
+        "1",
+        "-o",
+        "f.####.exr",
+    ];
+    let error = folder.fail(65, &job);
+    assert!(
+        error.contains("some pictures have 16x12 pixels and others 18x12: choose one size (--resolution)"),
+        "{error}"
+    );
+    folder.succeed(&[&job[..], &["--resolution", "16x12"]].concat());
+}
+
+#[test]
+fn a_calibration_alone_is_the_lens_of_the_scenes_camera() {
+    let folder = Folder::new();
+    folder.write("s.toml", SCENE);
+    folder.write("plain.toml", &plain().replace("[9, 9, 9]", "[0, 1, 4]"));
+    // Its pixel centres are at whole numbers.
+    folder.write(
+        "lens.yml",
+        "%YAML:1.0\n---\nimage_width: 128\nimage_height: 96\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n   \
+         data: [ 140., 0., 59.5, 0., 144., 49.5, 0., 0., 1. ]\ndistortion_coefficients: [ -0.2, 0.05, 0.001, -0.002 ]\n",
+    );
+    let flags = [
+        "--samples",
+        "1",
+        "--aovs",
+        "P",
+        "--exr-type",
+        "float",
+        "--progress",
+        "none",
+        "-o",
+    ];
+    folder.succeed(&[&["s.toml", "--resolution", "128x96"], &flags[..], &["a.exr"]].concat());
+    folder.succeed(&[&["plain.toml", "--frames", "lens.yml"], &flags[..], &["b.exr"]].concat());
+    let points = |name: &str| -> Vec<f32> {
+        let image = folder.open_exr(name);
+        let list = &image.layer_data[0].channel_data.list;
+        let of_point = list.iter().filter(|channel| channel.name.to_string().starts_with("P."));
+        of_point
+            .flat_map(|channel| channel.sample_data.values_as_f32().collect::<Vec<_>>())
+            .collect()
+    };
+    let (a, b) = (points("a.exr"), points("b.exr"));
+    assert_eq!(a.len(), b.len());
+    let worst = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
+    assert!(worst < 1e-5 && a.iter().any(|v| *v != 0.0), "{worst}");
+}
