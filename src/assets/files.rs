@@ -9,10 +9,14 @@ use std::{
     fmt, fs, io,
     path::{Component, Path, PathBuf},
     sync::{Arc, Mutex, PoisonError},
+    time::{Duration, SystemTime},
 };
 
 use super::{MemoryBudget, MemoryKind};
 use crate::warnings::Warnings;
+
+/// A file of this age has not changed lately. The clocks of file servers differ by less.
+const OLD: Duration = Duration::from_secs(3600);
 
 /// The first 128 bits of the BLAKE3 hash of a file's bytes.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
@@ -145,6 +149,18 @@ impl Files {
         read.get(path).copied()
     }
 
+    /// Whether all files that were read since `time` still have the same contents. Those that are older by a good while are not read
+    /// again.
+    pub fn are_unchanged_since(&self, time: SystemTime) -> bool {
+        let is_old = |path: &Path| {
+            let modified = fs::metadata(path).and_then(|found| found.modified());
+            modified.is_ok_and(|modified| modified + OLD < time)
+        };
+        let is_same =
+            |path: &Path, hash| is_old(path) || fs::read(path).is_ok_and(|bytes| ContentHash::of(&bytes) == hash);
+        self.manifest().iter().all(|(path, hash)| is_same(path, *hash))
+    }
+
     /// All files that were read, sorted by path.
     pub fn manifest(&self) -> Vec<(PathBuf, ContentHash)> {
         let read = self.read.lock().unwrap_or_else(PoisonError::into_inner);
@@ -216,5 +232,23 @@ mod tests {
         fs::write(path("c"), "three").expect("written");
         files.read(&path("c")).expect("readable");
         assert_eq!(files.manifest()[2].1, ContentHash::of(b"three"));
+    }
+
+    #[test]
+    fn a_file_with_other_bytes_or_none_has_changed() {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = folder.path().join("a");
+        let (files, now) = (Files::default(), SystemTime::now());
+        let write = |text: &str| fs::write(&path, text).expect("written");
+        write("one");
+        files.read(&path).expect("readable");
+        assert!(files.are_unchanged_since(now));
+        write("two");
+        assert!(!files.are_unchanged_since(now));
+        write("one");
+        assert!(files.are_unchanged_since(now));
+        fs::remove_file(&path).expect("removed");
+        assert!(!files.are_unchanged_since(now));
+        assert!(Files::default().are_unchanged_since(now));
     }
 }

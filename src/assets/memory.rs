@@ -2,7 +2,10 @@
 
 use std::{
     fmt,
-    sync::{Condvar, Mutex, MutexGuard, PoisonError},
+    sync::{
+        Condvar, Mutex, MutexGuard, PoisonError,
+        atomic::{AtomicU64, Ordering},
+    },
 };
 
 use crate::kind::named;
@@ -27,7 +30,7 @@ named! {
 #[derive(Debug)]
 pub struct MemoryBudget {
     /// In bytes.
-    limit: u64,
+    limit: AtomicU64,
     used: Mutex<Used>,
     /// Notified when a reservation ends.
     ended: Condvar,
@@ -55,10 +58,15 @@ impl MemoryBudget {
     /// A budget of `limit` bytes; `None` is no limit.
     pub fn new(limit: Option<u64>) -> Self {
         Self {
-            limit: limit.unwrap_or(u64::MAX),
+            limit: AtomicU64::new(limit.unwrap_or(u64::MAX)),
             used: Mutex::default(),
             ended: Condvar::new(),
         }
+    }
+
+    /// Changes the limit to `bytes`. What is taken already stays so.
+    pub fn set_limit(&self, bytes: u64) {
+        self.limit.store(bytes, Ordering::Relaxed);
     }
 
     fn used(&self) -> MutexGuard<'_, Used> {
@@ -101,7 +109,7 @@ impl MemoryBudget {
         bytes: u64,
     ) -> Result<MutexGuard<'a, Used>, OverBudget> {
         loop {
-            match used.take(kind, bytes, self.limit) {
+            match used.take(kind, bytes, self.limit.load(Ordering::Relaxed)) {
                 Err(_) if used.reservations > 0 => {
                     used = self.ended.wait(used).unwrap_or_else(PoisonError::into_inner);
                 }
@@ -217,6 +225,18 @@ mod tests {
         MemoryBudget::default()
             .take(MemoryKind::Frames, u64::MAX)
             .expect("no limit");
+    }
+
+    #[test]
+    fn a_new_limit_holds_for_what_is_taken_after_it() {
+        let budget = MemoryBudget::new(Some(4 << 20));
+        budget.take(MemoryKind::Images, 4 << 20).expect("allowed");
+        assert!(budget.take(MemoryKind::Trees, 1).is_err());
+        budget.set_limit(5 << 20);
+        budget.take(MemoryKind::Trees, 1 << 20).expect("allowed now");
+        budget.set_limit(1 << 20);
+        let refused = budget.take(MemoryKind::Trees, 1).expect_err("too much");
+        assert_eq!(refused.limit, 1 << 20);
     }
 
     #[test]

@@ -22,13 +22,14 @@ use super::{
     failures::{self, FramesFailed},
     figures::State,
     inventory, log, memory,
-    outlets::Outlets,
+    opened::Opened,
     preview::{Preview, PreviewSize},
-    progress::{Progress, leave_stdout, say},
-    request::{animation, request},
-    scenes, signals, simd,
+    progress::{Progress, say},
+    request::animation,
+    scenes::{self, Turn},
+    signals, simd,
     stats::{Observers, Stats, StatsFiles},
-    stream::{PipeClosed, Stream, refuse_terminal},
+    stream::{PipeClosed, Stream},
     summary,
     threads::threads,
 };
@@ -86,21 +87,24 @@ fn check(args: &CheckArgs, simd: Isa) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
-    let path = args.scene.as_deref().expect("the scene is a required argument");
-    let outlets = Outlets::new(args)?;
-    let request = request(args, &outlets, simd)?;
-    let path = request.supplied.as_ref().map_or(path, |(path, _)| path);
-    if outlets.stream.is_some() {
-        leave_stdout();
-        if !(args.check || args.dry_run || args.existing.list_stale) {
-            refuse_terminal()?;
-        }
-    }
-    let _last = log::LastWarnings(request.warnings.clone());
-    let pool = threads(args.threads)?;
-    let start = Instant::now();
-    let job = pool.install(|| Job::open(path, &request))?;
+fn render(args: &RenderArgs, turn: &mut Turn<'_>) -> anyhow::Result<()> {
+    let (simd, quiet) = (turn.simd, turn.quiet);
+    let ahead = turn.ahead.take();
+    let warnings = ahead.as_ref().map(|opened| opened.warnings.clone()).unwrap_or_default();
+    let _last = log::LastWarnings(warnings.clone());
+    let opened = match ahead {
+        Some(opened) => opened,
+        None => Opened::new(args, simd, &warnings, |_| {})?,
+    };
+    let Opened {
+        outlets,
+        pool,
+        job,
+        path,
+        scene,
+        took,
+        ..
+    } = opened;
     log_settings(&job, pool.current_num_threads());
     let (plan, cancel) = (&job.plan, Arc::new(Cancel::default()));
     let stream = outlets
@@ -114,13 +118,17 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     if args.dry_run {
         list(plan).map_err(Error::Stdout)?;
     }
-    let scene = pool.install(|| job.load())?;
-    log::warnings(&request.warnings);
+    let start = Instant::now();
+    let scene = match scene {
+        Some(scene) => scene,
+        None => pool.install(|| job.load())?,
+    };
+    log::warnings(&warnings);
     let files = job.files().manifest();
     tracing::info!(
         "{} input files loaded in {}",
         files.len(),
-        summary::seconds(start.elapsed())
+        summary::seconds(took + start.elapsed())
     );
     for (path, hash) in files {
         tracing::debug!("{hash} {}", path.display());
@@ -128,7 +136,7 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     if args.check || args.dry_run {
         job.compare_files()?;
         pool.install(|| job.build(scene))?;
-        report_valid(path, &job, quiet);
+        report_valid(&path, &job, quiet);
         return Ok(());
     }
     if args.existing.list_stale {
@@ -174,6 +182,7 @@ fn render(args: &RenderArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
     observers
         .0
         .extend(stream.as_ref().map(|stream| stream as &dyn Observer));
+    turn.ahead.begin(simd);
     let done = pool.install(|| job.run(scene, &observers, &control));
     drop(observers);
     let streamed = stream.map_or(Ok(()), Stream::finish);

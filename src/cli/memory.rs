@@ -10,7 +10,17 @@ const ELSEWHERE: u64 = 4 << 30;
 
 /// The default of `--max-memory`, in bytes: three quarters of the free memory.
 pub fn default_limit() -> u64 {
-    free().map_or(ELSEWHERE, |bytes| bytes / 4 * 3)
+    default_limit_with(0)
+}
+
+/// The same for a job that has already taken `bytes`, which are not free any more.
+pub fn default_limit_with(bytes: u64) -> u64 {
+    free().map_or(ELSEWHERE, |free| free.saturating_add(bytes) / 4 * 3)
+}
+
+/// Whether the address space of the process has a limit (`ulimit -v`).
+pub fn has_limited_addresses() -> bool {
+    of_address_space().is_some()
 }
 
 /// The default of `--texture-memory`, in bytes: half of the memory of the machine or of the process's control groups.

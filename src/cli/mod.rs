@@ -1,5 +1,6 @@
 //! The process: arguments, exit codes, progress, logs.
 
+mod ahead;
 mod args;
 mod bench;
 mod choices;
@@ -22,6 +23,7 @@ mod inventory;
 mod job;
 mod log;
 mod memory;
+mod opened;
 mod outlets;
 mod preview;
 mod progress;

@@ -1,4 +1,4 @@
-//! Several scenes in one command, rendered one after the other.
+//! Several scenes in one command, rendered one after the other. The next one is loaded meanwhile.
 //!
 //! `{scene}` in any argument stands for the name of the scene: its file without the ending, with the folders that tell it from the
 //! others.
@@ -7,6 +7,7 @@ use std::{
     collections::HashSet,
     ffi::{OsStr, OsString},
     path::{Path, PathBuf},
+    sync::Arc,
 };
 
 use batch_render::{
@@ -17,6 +18,7 @@ use batch_render::{
 use clap::Parser as _;
 
 use super::{
+    ahead::Ahead,
     args::{Args, RenderArgs},
     choices::ProgressKind,
     failures::FramesFailed,
@@ -31,6 +33,14 @@ use super::{
 /// Stands for the name of a scene.
 const NAME: &str = "{scene}";
 
+/// The turn of a scene.
+pub struct Turn<'a> {
+    pub simd: Isa,
+    pub quiet: bool,
+    /// This scene, if it is loaded already, and the next.
+    pub ahead: &'a mut Ahead,
+}
+
 /// Calls `render` with the arguments for each scene.
 ///
 /// A scene that fails is reported, and the others are rendered; with `--fail-fast` it ends the command.
@@ -40,22 +50,28 @@ const NAME: &str = "{scene}";
 pub fn run(
     args: &RenderArgs,
     (simd, quiet): (Isa, bool),
-    render: fn(&RenderArgs, Isa, bool) -> anyhow::Result<()>,
+    render: fn(&RenderArgs, &mut Turn<'_>) -> anyhow::Result<()>,
 ) -> anyhow::Result<()> {
+    let mut ahead = Ahead::default();
+    let mut turn = Turn {
+        simd,
+        quiet,
+        ahead: &mut ahead,
+    };
     let words: Vec<OsString> = std::env::args_os().collect();
     if args.more.is_empty() && !words.iter().any(|word| names_a_scene(word)) {
-        return render(args, simd, quiet);
+        return render(args, &mut turn);
     }
     let scenes: Vec<&Path> = args.scene.iter().chain(&args.more).map(PathBuf::as_path).collect();
     let names = names(&scenes)?;
-    let of_scenes: Result<Vec<RenderArgs>, _> = scenes
+    let of_scenes: Result<Vec<Arc<RenderArgs>>, _> = scenes
         .iter()
         .zip(&names)
-        .map(|(scene, name)| of_scene(&words, scene, name))
+        .map(|(scene, name)| of_scene(&words, scene, name).map(Arc::new))
         .collect();
     let of_scenes = of_scenes?;
     if let [only] = &of_scenes[..] {
-        return render(only, simd, quiet);
+        return render(only, &mut turn);
     }
     check(&scenes, &of_scenes)?;
     let is_told = !quiet
@@ -71,7 +87,8 @@ pub fn run(
         if is_told {
             say(&format!("scene {} of {}: {}", i + 1, scenes.len(), scene.display()));
         }
-        match render(own, simd, quiet) {
+        turn.ahead.set_next(of_scenes.get(i + 1).cloned());
+        match render(own, &mut turn) {
             Ok(()) => {}
             Err(error) if args.fail_fast || ends_the_command(&error, i == 0) => return Err(error),
             Err(error) => {
@@ -121,7 +138,7 @@ fn of_scene(words: &[OsString], scene: &Path, name: &str) -> anyhow::Result<Rend
 }
 
 /// Refuses what several scenes cannot share.
-fn check(scenes: &[&Path], args: &[RenderArgs]) -> Result<(), Error> {
+fn check(scenes: &[&Path], args: &[Arc<RenderArgs>]) -> Result<(), Error> {
     let refuse = |message: String| Err(Error::Usage(message));
     if scenes.contains(&Path::new(STANDARD_INPUT)) {
         return refuse("standard input (-) is one scene: name the others in commands of their own".to_owned());

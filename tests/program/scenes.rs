@@ -1,8 +1,11 @@
 //! Several scenes in one command.
 
-use std::fs;
+use std::{
+    fs,
+    process::{Command, Stdio},
+};
 
-use crate::common::{Folder, SMALL_SCENE};
+use crate::common::{Folder, SMALL_SCENE, stderr};
 
 const SMALL: [&str; 4] = ["--resolution", "16x12", "--samples", "2"];
 
@@ -96,4 +99,110 @@ fn files_of_two_scenes_are_told_apart_or_refused() {
     for name in ["a/a.png", "a.0001.exr", "b.0001.png"] {
         assert!(folder.path(name).exists(), "{name}: {:?}", folder.names());
     }
+}
+
+const AHEAD: &str = "loaded while the scene before it was rendered";
+
+/// Runs the program with these arguments and `-v`, and returns what it logs.
+fn logged(folder: &Folder, args: &[&str]) -> String {
+    let output = folder.run(&[args, &["-v"], &SMALL[..]].concat());
+    assert!(output.status.success(), "{}", stderr(&output));
+    stderr(&output)
+}
+
+#[test]
+fn the_next_scene_is_loaded_meanwhile_unless_it_is_large() {
+    let folder = folder();
+    let log = logged(&folder, &["a.toml", "b.toml", "-o", "{scene}.exr"]);
+    assert!(
+        log.contains(&format!("b.toml: {AHEAD}")) && !log.contains(&format!("a.toml: {AHEAD}")),
+        "{log}"
+    );
+
+    // A picture of 8 MiB is more than a quarter of 24 MiB.
+    image::RgbImage::from_pixel(2048, 1024, image::Rgb([90, 120, 150]))
+        .save(folder.path("p.png"))
+        .expect("a picture");
+    let large = SMALL_SCENE.replace(
+        "checker = { a = [0.9, 0.9, 0.9], b = [0.1, 0.1, 0.1], scale = 6 }",
+        "image = { file = \"p.png\" }",
+    );
+    folder.write("large.toml", &large);
+    let job = |limit: &'static str| {
+        [
+            "a.toml",
+            "large.toml",
+            "b.toml",
+            "-o",
+            "{scene}.exr",
+            "--max-memory",
+            limit,
+        ]
+    };
+    let log = logged(&folder, &job("24M"));
+    assert!(!log.contains(&format!("large.toml: {AHEAD}")), "{log}");
+    assert!(
+        log.contains(&format!("b.toml: {AHEAD}")) && !log.contains("error"),
+        "{log}"
+    );
+    let small = folder.read("large.exr");
+    let log = logged(&folder, &job("1G"));
+    assert!(log.contains(&format!("large.toml: {AHEAD}")), "{log}");
+    assert!(folder.read("large.exr") == small);
+}
+
+#[test]
+fn a_scene_shows_what_an_earlier_one_has_just_rendered() {
+    let folder = folder();
+    let showing = SMALL_SCENE.replace(
+        "checker = { a = [0.9, 0.9, 0.9], b = [0.1, 0.1, 0.1], scale = 6 }",
+        "image = { file = \"a.png\" }",
+    );
+    folder.write("b.toml", &showing);
+    let job = ["a.toml", "b.toml", "-o", "{scene}.png"];
+    // Once the picture is missing when the scene could be loaded ahead, and once it is another.
+    for _ in 0..2 {
+        logged(&folder, &job);
+        let together = folder.read("b.png");
+        folder.succeed(&[&["b.toml", "-o", "{scene}.png"], &SMALL[..]].concat());
+        assert!(folder.read("b.png") == together);
+        image::RgbImage::new(16, 12)
+            .save(folder.path("a.png"))
+            .expect("a picture");
+    }
+    // The same picture again is no reason.
+    logged(&folder, &["a.toml", "-o", "{scene}.png"]);
+    let log = logged(&folder, &job);
+    assert!(log.contains(&format!("b.toml: {AHEAD}")), "{log}");
+}
+
+#[cfg(unix)]
+#[test]
+fn a_signal_ends_the_command_and_leaves_nothing_of_the_scene_ahead() {
+    let folder = folder();
+    let mut program = folder.program_with_signals();
+    let args = [
+        "a.toml",
+        "b.toml",
+        "-o",
+        "{scene}.####.exr",
+        "--progress",
+        "json",
+        "--samples",
+        "1000000",
+    ];
+    let mut child = program
+        .args(args)
+        .stdout(Stdio::piped())
+        .stderr(Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    let mut lines = std::io::BufRead::lines(std::io::BufReader::new(child.stdout.take().expect("piped")));
+    assert!(lines.next().expect("a line").expect("UTF-8").contains("frame_started"));
+    let status = Command::new("kill").args(["-INT", &child.id().to_string()]).status();
+    assert!(status.expect("kill runs").success());
+    assert_eq!(lines.count(), 0);
+    let output = child.wait_with_output().expect("it ends");
+    assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
+    assert_eq!(folder.names(), ["a.toml", "b.toml"]);
 }
