@@ -283,6 +283,10 @@ pub struct RenderArgs {
     #[command(flatten)]
     pub settings: Settings,
 
+    /// The files that the command keeps of all its scenes
+    #[arg(skip)]
+    pub of_command: Vec<PathBuf>,
+
     /// Form of the frames on standard output (-o -): png, jpg, exr, npz or, for films, y4m
     #[arg(long, value_name = "NAME", value_parser = StreamForm::parse, hide_short_help = true, help_heading = heading::OUTPUT)]
     pub output_format: Option<StreamForm>,

@@ -88,10 +88,48 @@ impl Album {
     }
 }
 
+/// The figures of several scenes of one command.
+#[derive(Serialize, Deserialize)]
+pub struct SceneReports {
+    pub version: Cow<'static, str>,
+    pub command: Vec<String>,
+    pub wall_s: f64,
+    /// The state of the process.
+    pub state: State,
+    /// Whether all frames of all scenes are on disk.
+    pub is_finished: bool,
+    pub scenes: Vec<SceneReport>,
+}
+
+/// The figures of one of them.
+#[derive(Clone, Serialize, Deserialize)]
+pub struct SceneReport {
+    /// What `{scene}` stands for.
+    pub name: String,
+    /// Its path, as typed.
+    pub scene: String,
+    pub state: State,
+    /// Why it has failed.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reason: Option<String>,
+    /// Those of its job, once it is loaded.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub figures: Option<Report>,
+}
+
+impl SceneReport {
+    /// Whether all its frames are on disk.
+    pub fn is_finished(&self) -> bool {
+        self.figures.as_ref().is_some_and(|figures| figures.is_finished)
+    }
+}
+
 /// The state of a job.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "lowercase")]
 pub enum State {
+    /// The scene comes after others of the command.
+    Waiting,
     Running,
     /// All frames are on disk.
     Finished,
@@ -111,8 +149,19 @@ impl State {
         }
     }
 
+    /// The state of a command, or of one of its scenes, that has ended with this result.
+    pub fn of_command(result: &anyhow::Result<()>) -> Self {
+        let error = result.as_ref().err().map(|error| error.downcast_ref::<Error>());
+        match error {
+            None => Self::Finished,
+            Some(Some(Error::Cancelled(_))) => Self::Interrupted,
+            Some(_) => Self::Failed,
+        }
+    }
+
     pub fn name(self) -> &'static str {
         match self {
+            Self::Waiting => "waiting",
             Self::Running => "running",
             Self::Finished => "finished",
             Self::Interrupted => "interrupted",

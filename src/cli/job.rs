@@ -87,7 +87,7 @@ fn check(args: &CheckArgs, simd: Isa) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn render(args: &RenderArgs, turn: &mut Turn<'_>) -> anyhow::Result<()> {
+fn render(args: &RenderArgs, turn: Turn<'_>) -> anyhow::Result<()> {
     let (simd, quiet) = (turn.simd, turn.quiet);
     let ahead = turn.ahead.take();
     let warnings = ahead.as_ref().map(|opened| opened.warnings.clone()).unwrap_or_default();
@@ -162,9 +162,11 @@ fn render(args: &RenderArgs, turn: &mut Turn<'_>) -> anyhow::Result<()> {
     let files = StatsFiles {
         json: args.stats.clone(),
         page: args.report.clone(),
+        of_all: turn.figures,
     };
-    let is_wanted = files.json.is_some() || files.page.is_some();
-    let stats = is_wanted.then(|| pool.install(|| Stats::new(files, args.part, &job, (&counters, &cancel))));
+    let stats = files
+        .are_wanted()
+        .then(|| pool.install(|| Stats::new(files, args.part, &job, (&counters, &cancel))));
     let format = match kind {
         ProgressKind::Json => Some(EventFormat::Json),
         ProgressKind::Openjd => Some(EventFormat::OpenJd),

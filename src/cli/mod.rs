@@ -1,6 +1,7 @@
 //! The process: arguments, exit codes, progress, logs.
 
 mod ahead;
+mod all_scenes;
 mod args;
 mod bench;
 mod choices;
@@ -12,6 +13,7 @@ mod denoise_args;
 mod events;
 mod exit;
 mod failures;
+mod figure_files;
 mod figures;
 #[cfg(feature = "viewer")]
 mod fly;
@@ -31,6 +33,7 @@ mod replay;
 mod report_page;
 mod request;
 mod scenes;
+mod scenes_page;
 mod settings;
 mod signals;
 mod simd;

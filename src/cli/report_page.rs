@@ -22,7 +22,7 @@ const THUMBNAIL: u32 = 192;
 /// The most bars of a chart; where there are more frames, a bar stands for several.
 const MAX_BARS: usize = 240;
 
-const STYLE: &str = "\
+pub const STYLE: &str = "\
 :root{color-scheme:light dark;--text:#1d1f23;--faint:#667;--page:#fff;--line:#d8dbe2;--bar:#3a6fd8;--bad:#b3261e;--card:#f4f5f8}\
 @media(prefers-color-scheme:dark){:root{--text:#e6e7ea;--faint:#9aa0ad;--page:#16181c;--line:#343842;--bar:#7ea6ff;--bad:#ff8a80;--card:#1f2228}}\
 body{font:15px/1.5 system-ui,sans-serif;max-width:72rem;margin:2rem auto;padding:0 1.5rem;color:var(--text);background:var(--page)}\
@@ -62,11 +62,7 @@ pub fn page(album: &Album) -> String {
         Some(part) if !report.is_finished => format!("part {part} {state}"),
         _ => state,
     };
-    let refresh = if report.state == State::Running {
-        "<meta http-equiv=\"refresh\" content=\"5\">"
-    } else {
-        ""
-    };
+    let refresh = refresh(report.state);
     let samples = match report.min_samples {
         Some(min) => format!("{min} to {}", report.samples),
         None => report.samples.to_string(),
@@ -103,6 +99,14 @@ pub fn page(album: &Album) -> String {
     sheet(&mut out, report, thumbnails);
     out.push_str("</body></html>\n");
     out
+}
+
+/// What loads the page anew every few seconds as long as it changes.
+pub fn refresh(state: State) -> &'static str {
+    match state {
+        State::Running => "<meta http-equiv=\"refresh\" content=\"5\">",
+        _ => "",
+    }
 }
 
 /// The time that the remaining frames will take, if they are like those so far.
@@ -215,7 +219,7 @@ fn sheet(out: &mut String, report: &Report, thumbnails: &BTreeMap<i32, String>) 
 }
 
 /// Text without the marks of HTML.
-fn escape(text: &impl Display) -> String {
+pub fn escape(text: &impl Display) -> String {
     let text = batch_render::value::visible(&text.to_string()).to_string();
     text.replace('&', "&amp;")
         .replace('<', "&lt;")

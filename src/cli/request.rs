@@ -14,10 +14,10 @@ use batch_render::{
 
 use super::{
     args::RenderArgs,
+    figure_files::{ALBUM, PAGE},
     memory,
     outlets::Outlets,
     standard_input,
-    stats::{ALBUM, PAGE},
 };
 
 /// The request that the arguments with these outlets make.
@@ -127,5 +127,5 @@ pub(super) fn files_of_caller(args: &RenderArgs, films: &[PathBuf]) -> Vec<PathB
         .iter()
         .flat_map(|folder| [PAGE, ALBUM].map(|name| folder.join(name)));
     let files = args.stats.iter().chain(&args.preview).chain(films).cloned();
-    files.chain(report).collect()
+    files.chain(report).chain(args.of_command.iter().cloned()).collect()
 }

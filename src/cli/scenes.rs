@@ -6,6 +6,7 @@
 use std::{
     collections::HashSet,
     ffi::{OsStr, OsString},
+    fs,
     path::{Path, PathBuf},
     sync::Arc,
 };
@@ -19,9 +20,11 @@ use clap::Parser as _;
 
 use super::{
     ahead::Ahead,
+    all_scenes::{AllScenes, SceneFigures},
     args::{Args, RenderArgs},
-    choices::ProgressKind,
+    choices::{DenoiseStep, ProgressKind},
     failures::FramesFailed,
+    figures::State,
     log,
     progress::say,
     request::files_of_caller,
@@ -39,7 +42,12 @@ pub struct Turn<'a> {
     pub quiet: bool,
     /// This scene, if it is loaded already, and the next.
     pub ahead: &'a mut Ahead,
+    /// Its place among the figures of all scenes, if they are kept together.
+    pub figures: Option<SceneFigures<'a>>,
 }
+
+/// Renders one scene.
+type Render = fn(&RenderArgs, Turn<'_>) -> anyhow::Result<()>;
 
 /// Calls `render` with the arguments for each scene.
 ///
@@ -47,39 +55,69 @@ pub struct Turn<'a> {
 ///
 /// # Errors
 /// Two scenes would write one file, scenes have failed, or a signal has come.
-pub fn run(
-    args: &RenderArgs,
-    (simd, quiet): (Isa, bool),
-    render: fn(&RenderArgs, &mut Turn<'_>) -> anyhow::Result<()>,
-) -> anyhow::Result<()> {
-    let mut ahead = Ahead::default();
-    let mut turn = Turn {
-        simd,
-        quiet,
-        ahead: &mut ahead,
-    };
+pub fn run(args: &RenderArgs, (simd, quiet): (Isa, bool), render: Render) -> anyhow::Result<()> {
     let words: Vec<OsString> = std::env::args_os().collect();
+    let alone = |args: &RenderArgs| {
+        let ahead = &mut Ahead::default();
+        let turn = Turn {
+            simd,
+            quiet,
+            ahead,
+            figures: None,
+        };
+        render(args, turn)
+    };
     if args.more.is_empty() && !words.iter().any(|word| names_a_scene(word)) {
-        return render(args, &mut turn);
+        return alone(args);
     }
     let scenes: Vec<&Path> = args.scene.iter().chain(&args.more).map(PathBuf::as_path).collect();
     let names = names(&scenes)?;
-    let of_scenes: Result<Vec<Arc<RenderArgs>>, _> = scenes
+    let of_scenes = scenes
         .iter()
         .zip(&names)
-        .map(|(scene, name)| of_scene(&words, scene, name).map(Arc::new))
-        .collect();
-    let of_scenes = of_scenes?;
+        .map(|(scene, name)| of_scene(&words, scene, name));
+    let mut of_scenes: Vec<RenderArgs> = of_scenes.collect::<Result<_, _>>()?;
     if let [only] = &of_scenes[..] {
-        return render(only, &mut turn);
+        return alone(only);
     }
-    check(&scenes, &of_scenes)?;
-    let is_told = !quiet
-        && !matches!(
-            args.progress,
-            ProgressKind::None | ProgressKind::Json | ProgressKind::Openjd
-        );
-    let mut failed = Vec::new();
+    let all = together(&mut of_scenes, &names);
+    check(&scenes, &of_scenes, all.as_ref())?;
+    let writes = !(args.check || args.dry_run || args.existing.list_stale);
+    if !writes && let Some(all) = &all {
+        of_scenes[0].of_command = all.files().collect();
+    }
+    let all = all.filter(|_| writes);
+    if let Some(all) = &all {
+        let is_new = args.existing.fail_existing && !is_chunk(args);
+        all.check(is_new)?;
+        // Those that are to be new are there once the first scene has written them.
+        let of_command = all.files().filter(|_| !is_new);
+        let of_command: Vec<PathBuf> = of_command.collect();
+        of_scenes
+            .iter_mut()
+            .for_each(|own| own.of_command.clone_from(&of_command));
+    }
+    let of_scenes = of_scenes.into_iter().map(Arc::new).collect();
+    let result = each((&scenes, of_scenes), (simd, quiet), all.as_ref(), render);
+    let errors = all
+        .map(|all| all.finish(State::of_command(&result)))
+        .unwrap_or_default();
+    let mut errors = errors.into_iter().map(|error| Error::from(error).into());
+    let first = result.err().or_else(|| errors.next());
+    errors.for_each(|other| log::report(&other));
+    first.map_or(Ok(()), Err)
+}
+
+/// Renders one scene after the other.
+fn each(
+    (scenes, of_scenes): (&[&Path], Vec<Arc<RenderArgs>>),
+    (simd, quiet): (Isa, bool),
+    all: Option<&AllScenes>,
+    render: Render,
+) -> anyhow::Result<()> {
+    let progress = of_scenes[0].progress;
+    let is_told = !quiet && !matches!(progress, ProgressKind::None | ProgressKind::Json | ProgressKind::Openjd);
+    let (mut ahead, mut failed) = (Ahead::default(), Vec::new());
     for (i, (scene, own)) in scenes.iter().zip(&of_scenes).enumerate() {
         if signals::is_received() {
             return Err(Error::Cancelled(Cancelled).into());
@@ -87,10 +125,20 @@ pub fn run(
         if is_told {
             say(&format!("scene {} of {}: {}", i + 1, scenes.len(), scene.display()));
         }
-        turn.ahead.set_next(of_scenes.get(i + 1).cloned());
-        match render(own, &mut turn) {
+        ahead.set_next(of_scenes.get(i + 1).cloned());
+        let turn = Turn {
+            simd,
+            quiet,
+            ahead: &mut ahead,
+            figures: all.map(|all| all.scene(i)),
+        };
+        let result = render(own, turn);
+        if let Some(all) = all {
+            all.end(i, &result);
+        }
+        match result {
             Ok(()) => {}
-            Err(error) if args.fail_fast || ends_the_command(&error, i == 0) => return Err(error),
+            Err(error) if own.fail_fast || ends_the_command(&error, i == 0) => return Err(error),
             Err(error) => {
                 log::report(&error);
                 failed.push(scene.display().to_string());
@@ -106,6 +154,36 @@ pub fn run(
             failed.join(", ")
         ),
     }
+}
+
+/// The files of figures that several scenes keep together, since their names are those of all scenes. The arguments of the scenes have
+/// none of them afterwards, but a folder in that of the page.
+fn together(of_scenes: &mut [RenderArgs], names: &[String]) -> Option<AllScenes> {
+    let shared = |file: fn(&RenderArgs) -> &Option<PathBuf>| {
+        let (first, second) = (file(&of_scenes[0]).as_ref()?, file(&of_scenes[1]).as_ref());
+        (second == Some(first)).then(|| first.clone())
+    };
+    let [json, page] = [shared(|own| &own.stats), shared(|own| &own.report)];
+    let joins = is_chunk(&of_scenes[0])
+        || of_scenes[0].existing.skip_existing
+        || of_scenes[0].denoise_step == Some(DenoiseStep::Denoise);
+    let scenes = names.iter().cloned().zip(of_scenes.iter().map(|own| {
+        let scene = own.scene.as_deref().unwrap_or(Path::new(""));
+        scene.display().to_string()
+    }));
+    let all = AllScenes::new([json.as_ref(), page.as_ref()], scenes, joins)?;
+    for (own, name) in of_scenes.iter_mut().zip(names) {
+        own.stats.take_if(|_| json.is_some());
+        if let Some(folder) = &page {
+            own.report = Some(folder.join(name));
+        }
+    }
+    Some(all)
+}
+
+/// Whether the command renders a part of the frames of each scene.
+fn is_chunk(args: &RenderArgs) -> bool {
+    args.range.is_some() || args.part.is_some()
 }
 
 /// Whether the other scenes would fail in the same way, or were cancelled. Wrong usage is that of all scenes if the first one finds
@@ -138,7 +216,7 @@ fn of_scene(words: &[OsString], scene: &Path, name: &str) -> anyhow::Result<Rend
 }
 
 /// Refuses what several scenes cannot share.
-fn check(scenes: &[&Path], args: &[Arc<RenderArgs>]) -> Result<(), Error> {
+fn check(scenes: &[&Path], args: &[RenderArgs], all: Option<&AllScenes>) -> Result<(), Error> {
     let refuse = |message: String| Err(Error::Usage(message));
     if scenes.contains(&Path::new(STANDARD_INPUT)) {
         return refuse("standard input (-) is one scene: name the others in commands of their own".to_owned());
@@ -146,7 +224,14 @@ fn check(scenes: &[&Path], args: &[Arc<RenderArgs>]) -> Result<(), Error> {
     if args[0].settings.has_stream {
         return refuse("-o -: standard output holds the frames of one scene".to_owned());
     }
-    let mut written = HashSet::new();
+    let is_same = |a: &Path, b: &Path| fs::canonicalize(a).is_ok_and(|a| fs::canonicalize(b).is_ok_and(|b| a == b));
+    for output in all.iter().flat_map(|all| all.files()) {
+        if let Some(scene) = scenes.iter().find(|scene| is_same(scene, &output)) {
+            let input = scene.to_path_buf();
+            return Err(Error::OverwritesInput { output, input });
+        }
+    }
+    let mut written: HashSet<PathBuf> = all.iter().flat_map(|all| all.files()).collect();
     for own in args {
         if let Some(path) = written_by(own).into_iter().find(|path| !written.insert(path.clone())) {
             let path = path.display();

@@ -1,33 +1,27 @@
 //! Figures of a job, as JSON for programs (`--stats`) and as a page for people (`--report`): see docs/interface.md.
 
 use std::{
-    collections::{BTreeMap, HashSet},
-    fmt, fs,
+    collections::BTreeMap,
     path::{Path, PathBuf},
     sync::{Mutex, MutexGuard, PoisonError},
     time::{Duration, Instant},
 };
 
-use serde::de::DeserializeOwned;
-
 use super::{
+    all_scenes::SceneFigures,
+    figure_files::{ALBUM, Joining, PAGE, write_text},
     figures::{Album, Frame, Input, Report, State, Status},
     memory,
     report_page::{page, thumbnail},
 };
 use batch_render::{
-    batch::{Existing, Fingerprint, FrameFailure, InputHash, Job, JobEvent, Observer, PartSpec, Plan},
+    batch::{Fingerprint, FrameFailure, InputHash, Job, JobEvent, Observer, PartSpec, Plan},
     output::{FrameImage, OutputError, atomic, job_file::FolderGate},
     render::{Cancel, Counters},
-    warnings::WarningKind,
 };
 
 /// The file is written again after a frame, but no more often than this.
 const WRITE_EVERY: Duration = Duration::from_secs(1);
-
-/// The page of a report, and its figures in a form to which other jobs of the sequence add theirs.
-pub const PAGE: &str = "index.html";
-pub const ALBUM: &str = "figures.json";
 
 /// The work of the process so far.
 #[derive(Clone, Copy)]
@@ -46,20 +40,29 @@ struct Collected {
 }
 
 /// The files that are kept.
-#[derive(Clone, Debug, Default)]
-pub struct StatsFiles {
+#[derive(Clone, Default)]
+pub struct StatsFiles<'a> {
     /// The figures for programs.
     pub json: Option<PathBuf>,
     /// The folder of the page for people.
     pub page: Option<PathBuf>,
+    /// The files of all scenes of the command.
+    pub of_all: Option<SceneFigures<'a>>,
+}
+
+impl StatsFiles<'_> {
+    /// Whether any is kept.
+    pub fn are_wanted(&self) -> bool {
+        self.json.is_some() || self.page.is_some() || self.of_all.is_some()
+    }
 }
 
 /// Collects the figures of a job and keeps their files.
 pub struct Stats<'a> {
-    files: StatsFiles,
+    files: StatsFiles<'a>,
     plan: &'a Plan,
     inputs: InputHash,
-    settings: String,
+    joining: Option<Joining>,
     counters: &'a Counters,
     cancel: Option<&'a Cancel>,
     start: Instant,
@@ -68,7 +71,12 @@ pub struct Stats<'a> {
 
 impl<'a> Stats<'a> {
     /// Starts the figures of a job whose scene is loaded.
-    pub fn new(files: StatsFiles, part: Option<PartSpec>, job: &'a Job, control: (&'a Counters, &'a Cancel)) -> Self {
+    pub fn new(
+        files: StatsFiles<'a>,
+        part: Option<PartSpec>,
+        job: &'a Job,
+        control: (&'a Counters, &'a Cancel),
+    ) -> Self {
         let (counters, cancel) = control;
         let plan = &job.plan;
         let inputs = job.files().manifest().into_iter().map(|(path, hash)| Input {
@@ -102,7 +110,7 @@ impl<'a> Stats<'a> {
             files,
             plan,
             inputs: job.inputs(),
-            settings,
+            joining: Joining::new(plan, &settings),
             counters,
             cancel: Some(cancel),
             start: Instant::now(),
@@ -187,6 +195,9 @@ impl<'a> Stats<'a> {
         let json = json.map(|path| self.write_json(path, &state.album.figures));
         let page = self.files.page.as_ref();
         let page = page.map(|folder| self.write_page(folder, &state.album));
+        if let Some(all) = &self.files.of_all {
+            all.put(&state.album, self.joining.as_ref());
+        }
         let written = [("--stats", json), ("--report", page)].into_iter();
         written
             .filter_map(|(flag, written)| Some((flag, written?.err()?)))
@@ -196,9 +207,12 @@ impl<'a> Stats<'a> {
     fn write_json(&self, path: &Path, figures: &Report) -> Result<(), OutputError> {
         let _gate = self.gate(&atomic::folder_of(path));
         let mut figures = figures.clone();
-        self.others(path, |others: &mut Report| others)
-            .into_iter()
-            .for_each(|others| figures.join(others.frames));
+        if let Some(joining) = &self.joining
+            && let Some(mut others) = joining.read::<Report>(path)
+            && joining.select(&mut others, path)
+        {
+            figures.join(others.frames);
+        }
         let text = serde_json::to_string_pretty(&figures).expect("figures are plain data");
         write_text(path, &(text + "\n"))
     }
@@ -206,9 +220,12 @@ impl<'a> Stats<'a> {
     fn write_page(&self, folder: &Path, album: &Album) -> Result<(), OutputError> {
         let _gate = self.gate(folder);
         let (path, mut album) = (folder.join(ALBUM), album.clone());
-        self.others(&path, |others: &mut Album| &mut others.figures)
-            .into_iter()
-            .for_each(|others| album.join(others));
+        if let Some(joining) = &self.joining
+            && let Some(mut others) = joining.read::<Album>(&path)
+            && joining.select(&mut others.figures, &path)
+        {
+            album.join(others);
+        }
         let text = serde_json::to_string(&album).expect("figures are plain data");
         write_text(&path, &(text + "\n"))?;
         write_text(&folder.join(PAGE), &page(&album))
@@ -216,45 +233,8 @@ impl<'a> Stats<'a> {
 
     /// Keeps other jobs of the sequence from changing files between reading and writing, where this one joins theirs.
     fn gate(&self, folder: &Path) -> Option<FolderGate> {
-        self.joins().then(|| FolderGate::close(folder, self.cancel))
+        self.joining.as_ref().map(|_| FolderGate::close(folder, self.cancel))
     }
-
-    /// Whether this job keeps figures of others: of other frames, or of an earlier rendering of its own frames.
-    fn joins(&self) -> bool {
-        self.plan.is_chunk || self.plan.policy.existing == Existing::Skip || !self.plan.renders()
-    }
-
-    /// The figures of other jobs with the same settings, where this job keeps them: of the whole sequence those of its own frames.
-    fn others<T: DeserializeOwned>(&self, path: &Path, figures: fn(&mut T) -> &mut Report) -> Option<T> {
-        // Pipes and devices block or never end.
-        if !self.joins() || !path.is_file() {
-            return None;
-        }
-        let text = fs::read(path).ok()?;
-        let lost = |cause: &dyn fmt::Display| {
-            let text = format!("the figures of other jobs are lost, {cause}: {}", path.display());
-            self.plan
-                .warnings
-                .add_live(WarningKind::LOST_FRAMES, path.display(), text);
-        };
-        let mut others: T = serde_json::from_slice(&text).map_err(|cause| lost(&cause)).ok()?;
-        let report = figures(&mut others);
-        if report.settings != self.settings {
-            if self.plan.is_chunk {
-                lost(&"they are of other inputs or settings");
-            }
-            return None;
-        }
-        if !self.plan.is_chunk {
-            let own: HashSet<i32> = self.plan.frames.iter().map(|frame| frame.number).collect();
-            report.frames.retain(|frame| own.contains(&frame.frame));
-        }
-        Some(others)
-    }
-}
-
-fn write_text(path: &Path, text: &str) -> Result<(), OutputError> {
-    atomic::write(path, |out| Ok(out.write_all(text.as_bytes())?))
 }
 
 impl Work {

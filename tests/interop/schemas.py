@@ -57,4 +57,14 @@ assert seen == known, f"not seen: {known - seen}"
 for wrong in [{"event": "frame_written"}, {"event": "else", "frame": 1}, {"event": "frame_written", "frame": 1, "x": 1}]:
     assert not events.is_valid(wrong), wrong
 assert not figures.is_valid({**stats, "more": 1})
+
+# Several scenes, of which one cannot be read.
+command = [program, "scenes/passes/scene.toml", "scenes/kinds/disk.toml", "none.glb", "--resolution", "32x18", "--samples", "1"]
+command += ["-o", str(folder / "schema-{scene}.exr"), "--stats", str(folder / "all.json"), "--progress", "none"]
+assert subprocess.run(command, stderr=subprocess.DEVNULL).returncode == 1
+together = json.loads((folder / "all.json").read_text())
+validator("stats-of-scenes.json").validate(together)
+assert [scene["state"] for scene in together["scenes"]] == ["finished", "finished", "failed"], together
+for scene in together["scenes"][:2]:
+    figures.validate(scene["figures"])
 print("figures and events are as their schemas say")

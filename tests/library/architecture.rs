@@ -276,7 +276,7 @@ const READERS: [(&str, &str); 12] = [
         "what other parts of the job have written",
     ),
     ("src/cli/memory.rs", "the process's own memory"),
-    ("src/cli/stats.rs", "what other parts of the job have written"),
+    ("src/cli/figure_files.rs", "what other parts of the job have written"),
     ("src/cli/signals.rs", "the process's own signals"),
 ];
 

@@ -83,7 +83,7 @@ fn files_of_two_scenes_are_told_apart_or_refused() {
         &["-o", "f.####.exr"],
         "several scenes would write f.####.exr: tell their files apart by {scene}",
     );
-    wrong(&["-o", "{scene}.exr", "--stats", "s.json"], "would write s.json");
+    wrong(&["-o", "{scene}.exr", "--stats", "./b.toml"], "./b.toml");
     wrong(&["-o", "{scene}.exr", "--metadata", "ids"], "would write ids.json");
     wrong(&["-o", "{scene}.exr", "--png-depth"], "would write depth.####.png");
     wrong(
@@ -205,4 +205,170 @@ fn a_signal_ends_the_command_and_leaves_nothing_of_the_scene_ahead() {
     let output = child.wait_with_output().expect("it ends");
     assert_eq!(output.status.code(), Some(130), "{}", stderr(&output));
     assert_eq!(folder.names(), ["a.toml", "b.toml"]);
+}
+
+/// The figures in a file.
+fn figures(folder: &Folder, name: &str) -> serde_json::Value {
+    serde_json::from_slice(&folder.read(name)).expect("JSON")
+}
+
+#[test]
+fn one_file_has_the_figures_of_all_scenes_and_keeps_them() {
+    let folder = folder();
+    folder.write("broken.toml", "[camera");
+    let job = [
+        "a.toml",
+        "broken.toml",
+        "b.toml",
+        "--views",
+        "cube",
+        "-o",
+        "{scene}.#.exr",
+        "--stats",
+        "s.json",
+    ];
+    let job = [&job[..], &SMALL[..]].concat();
+    folder.fail(1, &job);
+    let all = figures(&folder, "s.json");
+    let scenes = all["scenes"].as_array().expect("scenes");
+    let of = |key: &str| -> Vec<&str> {
+        scenes
+            .iter()
+            .map(|scene| scene[key].as_str().expect("a text"))
+            .collect()
+    };
+    assert_eq!(of("name"), ["a", "broken", "b"]);
+    assert_eq!(of("scene"), ["a.toml", "broken.toml", "b.toml"]);
+    assert_eq!(of("state"), ["finished", "failed", "finished"]);
+    assert_eq!((&all["state"], &all["is_finished"]), (&"failed".into(), &false.into()));
+    assert!(
+        scenes[1]["reason"]
+            .as_str()
+            .is_some_and(|reason| reason.contains("broken.toml")),
+        "{all}"
+    );
+    assert!(scenes[1].get("figures").is_none() && scenes[0].get("reason").is_none());
+    for scene in [&scenes[0], &scenes[2]] {
+        let frames = scene["figures"]["frames"].as_array().expect("frames");
+        assert_eq!((frames.len(), &scene["figures"]["scene"]), (6, &scene["scene"]));
+        assert!(frames.iter().all(|frame| frame["status"] == "written"));
+    }
+
+    // A job that goes on keeps the figures of what is there.
+    let before = scenes[0]["figures"]["frames"].clone();
+    folder.write("broken.toml", SMALL_SCENE);
+    folder.succeed(&[&job[..], &["--skip-existing"]].concat());
+    let all = figures(&folder, "s.json");
+    assert_eq!((&all["state"], &all["is_finished"]), (&"finished".into(), &true.into()));
+    assert_eq!(all["scenes"][0]["figures"]["frames"], before);
+    assert_eq!(all["scenes"][1]["state"], "finished");
+
+    // One that does not begins anew, and one that may replace nothing is refused before the first scene.
+    folder.succeed(&job);
+    assert!(figures(&folder, "s.json")["scenes"][0]["figures"]["frames"] != before);
+    let said = folder.fail(
+        73,
+        &[
+            &[
+                "a.toml",
+                "b.toml",
+                "-o",
+                "new-{scene}.exr",
+                "--stats",
+                "s.json",
+                "--fail-existing",
+            ],
+            &SMALL[..],
+        ]
+        .concat(),
+    );
+    assert!(said.contains("s.json") && !folder.path("new-a.exr").exists(), "{said}");
+    folder.succeed(
+        &[
+            &[
+                "a.toml",
+                "b.toml",
+                "-o",
+                "new-{scene}.exr",
+                "--stats",
+                "t.json",
+                "--fail-existing",
+            ],
+            &SMALL[..],
+        ]
+        .concat(),
+    );
+    assert_eq!(figures(&folder, "t.json")["is_finished"], true);
+}
+
+#[test]
+fn parts_of_several_scenes_make_one_file_and_one_page() {
+    let folder = folder();
+    let part = |part: &str| {
+        let job = [
+            "a.toml",
+            "b.toml",
+            "--views",
+            "cube",
+            "-o",
+            "{scene}.#.exr",
+            "--part",
+            part,
+            "--stats",
+            "f/s.json",
+            "--report",
+            "page",
+        ];
+        folder.succeed(&[&job[..], &SMALL[..]].concat());
+        figures(&folder, "f/s.json")
+    };
+    let half = part("1/2");
+    assert_eq!(
+        (&half["state"], &half["is_finished"]),
+        (&"finished".into(), &false.into())
+    );
+    let whole = part("2/2");
+    assert_eq!(whole["is_finished"], true);
+    for scene in 0..2 {
+        let numbers = |all: &serde_json::Value| -> Vec<i64> {
+            let frames = all["scenes"][scene]["figures"]["frames"].as_array().expect("frames");
+            frames
+                .iter()
+                .map(|frame| frame["frame"].as_i64().expect("a number"))
+                .collect()
+        };
+        assert_eq!((numbers(&half), numbers(&whole)), (vec![1, 2, 3], (1..=6).collect()));
+    }
+    let page = String::from_utf8(folder.read("page/index.html")).expect("UTF-8");
+    for name in ["a", "b"] {
+        assert!(
+            page.contains(&format!("<a href=\"{name}/index.html\">{name}</a>")),
+            "{page}"
+        );
+        let own = String::from_utf8(folder.read(&format!("page/{name}/index.html"))).expect("UTF-8");
+        assert!(own.contains("6 frames written"), "{own}");
+    }
+    assert!(
+        page.contains("<td>6 of 6</td><td>0</td>") && page.contains("data:image/png"),
+        "{page}"
+    );
+    // With the name of the scene each has files of its own.
+    folder.succeed(
+        &[
+            &[
+                "a.toml",
+                "b.toml",
+                "-o",
+                "{scene}.exr",
+                "--stats",
+                "{scene}.json",
+                "--report",
+                "own-{scene}",
+            ],
+            &SMALL[..],
+        ]
+        .concat(),
+    );
+    assert_eq!(figures(&folder, "a.json")["scene"], "a.toml");
+    assert!(folder.path("own-b/index.html").exists() && !folder.path("own-b/b").exists());
 }
