@@ -1,14 +1,20 @@
-//! The camera of one frame, which may move while the shutter is open.
+//! The camera of one frame, which may move while the picture is taken.
 
 use serde::Serialize;
 
-use super::Camera;
+use super::{
+    Camera, FilmSize,
+    shutter::{Readout, Shutter, Timing},
+};
 use crate::math::DVec3;
 
-/// Segments of the time while the shutter is open.
+/// Segments of the time while the picture is taken.
 const SEGMENTS: u32 = 16;
 
-/// The camera of one frame: still, or moving while the shutter is open.
+/// The steps in which the line of a rolling shutter is found that sees a point.
+const LINE_STEPS: usize = 24;
+
+/// A camera while the picture of a frame is taken: still, or moving.
 ///
 /// A moving camera is exact at 17 times, evenly spaced from the shutter's opening to its closing,
 /// and goes straight and at an even rate from each to the next. A turn by the angle a (radians)
@@ -16,11 +22,23 @@ const SEGMENTS: u32 = 16;
 /// metre for 50 degrees, and the lines of sight by a^3/250,000 radians, a hundredth of a pixel
 /// where the turn blurs over many.
 #[derive(Clone, Debug, Serialize)]
+pub enum PictureCamera {
+    Still(Box<Camera>),
+    Moving(Box<[Camera; SEGMENTS as usize + 1]>),
+}
+
+/// The camera of one frame.
+///
+/// With a rolling shutter, the picture is taken from the time at which the shutter opens for the first line of the sensor until
+/// it closes for the last one.
+#[derive(Clone, Debug, Serialize)]
 pub struct FrameCamera {
-    cameras: Cameras,
+    cameras: PictureCamera,
     neighbours: Neighbours,
     /// The time while the shutter is open, in frames.
     exposure: f64,
+    #[serde(skip_serializing_if = "Readout::is_global")]
+    readout: Readout,
     /// The time at which it opens, in frames from that of the picture. The cameras and the scene are those of its times already.
     #[serde(skip)]
     open: f64,
@@ -29,28 +47,41 @@ pub struct FrameCamera {
     openings_around: [f64; 2],
 }
 
-/// The cameras of the frames before and after, as their shutters open; `None` where there is no such frame.
-#[derive(Clone, Copy, Debug, Default, Serialize)]
+/// The cameras of the frames before and after; `None` where there is no such frame. Without a rolling shutter they are still, as
+/// their shutters open.
+#[derive(Clone, Debug, Default, Serialize)]
 pub struct Neighbours {
-    pub previous: Option<Camera>,
-    pub next: Option<Camera>,
+    pub previous: Option<PictureCamera>,
+    pub next: Option<PictureCamera>,
 }
 
-#[derive(Clone, Debug, Serialize)]
-enum Cameras {
-    Still(Box<Camera>),
-    Moving(Box<[Camera; SEGMENTS as usize + 1]>),
+impl From<Camera> for PictureCamera {
+    fn from(camera: Camera) -> Self {
+        Self::Still(Box::new(camera))
+    }
+}
+
+impl From<PictureCamera> for FrameCamera {
+    fn from(cameras: PictureCamera) -> Self {
+        Self {
+            cameras,
+            neighbours: Neighbours::default(),
+            exposure: 0.0,
+            readout: Readout::default(),
+            open: 0.0,
+            openings_around: [-1.0, 1.0],
+        }
+    }
 }
 
 impl From<Camera> for FrameCamera {
     fn from(camera: Camera) -> Self {
-        Self::new(Cameras::Still(Box::new(camera)))
+        Self::from(PictureCamera::from(camera))
     }
 }
 
-impl FrameCamera {
-    /// Creates a moving camera, which is `at(u)` at the fraction `u`, from 0 to 1, of the time
-    /// while the shutter is open.
+impl PictureCamera {
+    /// Creates a moving camera, which is `at(u)` at the fraction `u`, from 0 to 1, of the time while the picture is taken.
     ///
     /// # Errors
     /// The first error of `at`.
@@ -60,29 +91,66 @@ impl FrameCamera {
         for (i, camera) in cameras.iter_mut().enumerate().skip(1) {
             *camera = at(i as f64 / f64::from(SEGMENTS))?;
         }
-        Ok(Self::new(Cameras::Moving(cameras)))
+        Ok(Self::Moving(cameras))
     }
 
-    fn new(cameras: Cameras) -> Self {
-        Self {
-            cameras,
-            neighbours: Neighbours::default(),
-            exposure: 0.0,
-            open: 0.0,
-            openings_around: [-1.0, 1.0],
+    /// The camera at the fraction `time`, from 0 to 1, of the time while the picture is taken.
+    #[inline]
+    pub fn at(&self, time: f64) -> Camera {
+        match self {
+            Self::Still(camera) => **camera,
+            Self::Moving(cameras) => {
+                let along = time * f64::from(SEGMENTS);
+                let i = (along as usize).min(SEGMENTS as usize - 1);
+                cameras[i].between(&cameras[i + 1], along - i as f64)
+            }
         }
     }
 
+    /// Returns this camera moved by `by`, in m.
+    pub fn moved(&self, by: DVec3) -> Self {
+        match self {
+            Self::Still(camera) => Self::from(camera.moved(by)),
+            Self::Moving(cameras) => Self::Moving(Box::new(cameras.map(|camera| camera.moved(by)))),
+        }
+    }
+
+    /// The place on the film, in pixels, of a point that is `point(time)` at the fraction `time` of `timing`, and its depth, as
+    /// [`CameraKind::project`](super::CameraKind::project), seen as the shutter opens for its line.
+    pub fn project(&self, point: impl Fn(f64) -> DVec3, (timing, film): (&Timing, FilmSize)) -> Option<DVec3> {
+        let seen = |read: f64| {
+            let time = timing.fraction(0.0, read);
+            self.at(time).project(point(time))
+        };
+        if timing.readout.is_global() {
+            return seen(0.0);
+        }
+        // The line that sees the point: it lies where the readout is when the line is read.
+        let early = |read: f64| seen(read).map(|at| timing.readout.fraction([at.x, at.y], film) - read);
+        let [mut low, mut high] = [0.0, 1.0];
+        for _ in 0..LINE_STEPS {
+            let middle = 0.5 * (low + high);
+            match early(middle)? > 0.0 {
+                true => low = middle,
+                false => high = middle,
+            }
+        }
+        seen(0.5 * (low + high))
+    }
+}
+
+impl FrameCamera {
     /// Returns this camera between these frames.
     pub fn with_neighbours(self, neighbours: Neighbours) -> Self {
         Self { neighbours, ..self }
     }
 
-    /// Returns this camera with a shutter that is open between these times, in frames from that of the picture. Those of the frames
-    /// around it open in the same way.
-    pub fn with_shutter(self, open: f64, close: f64) -> Self {
+    /// Returns this camera with these times. Those of the frames around it are the same.
+    pub fn with_timing(self, timing: Timing) -> Self {
+        let open = timing.shutter.open;
         Self {
-            exposure: close - open,
+            exposure: timing.exposure(),
+            readout: timing.readout,
             open,
             openings_around: [open - 1.0, open + 1.0],
             ..self
@@ -102,51 +170,74 @@ impl FrameCamera {
         self.openings_around
     }
 
-    /// The time at the fraction `u`, from 0 to 1, of the time while the shutter is open, in frames from that of the picture.
-    pub fn shutter_time(&self, u: f64) -> f64 {
-        self.open + self.exposure * u
+    pub fn timing(&self) -> Timing {
+        Timing {
+            shutter: Shutter {
+                open: self.open,
+                close: self.open + self.exposure,
+            },
+            readout: self.readout,
+        }
     }
 
-    /// The time while the shutter is open, in frames; 0 without motion blur.
+    /// The time at the fraction `u`, from 0 to 1, of the time while the picture is taken, in frames from that of the picture.
+    pub fn shutter_time(&self, u: f64) -> f64 {
+        self.open + self.duration() * u
+    }
+
+    /// The time of a pixel as a fraction of the time while the picture is taken, at the fraction `exposed` of its own exposure.
+    #[inline]
+    pub fn time_of_pixel(&self, exposed: f64, [x, y]: [i32; 2], film: FilmSize) -> f64 {
+        if self.readout.is_global() {
+            return exposed;
+        }
+        let center = [x, y].map(|at| f64::from(at) + 0.5);
+        self.timing().fraction(exposed, self.readout.fraction(center, film))
+    }
+
+    /// The time while the shutter is open for a line of the picture, in frames; 0 without motion blur.
     pub fn exposure(&self) -> f64 {
         self.exposure
+    }
+
+    /// The time while the picture is taken, in frames; 0 if it shows a single time.
+    pub fn duration(&self) -> f64 {
+        self.exposure + self.readout.time
+    }
+
+    pub fn readout(&self) -> &Readout {
+        &self.readout
     }
 
     pub fn neighbours(&self) -> &Neighbours {
         &self.neighbours
     }
 
+    /// The camera while the picture is taken.
+    pub fn cameras(&self) -> &PictureCamera {
+        &self.cameras
+    }
+
     /// Whether [`FrameCamera::camera`] reads `time`.
     #[inline]
     pub fn moves(&self) -> bool {
-        matches!(self.cameras, Cameras::Moving(_))
+        matches!(self.cameras, PictureCamera::Moving(_))
     }
 
-    /// Returns the camera at the fraction `time`, in `[0, 1)`, of the time while the shutter is
-    /// open.
+    /// Returns the camera at the fraction `time`, in `[0, 1)`, of the time while the picture is taken.
     #[inline]
     pub fn camera(&self, time: f32) -> Camera {
-        match &self.cameras {
-            Cameras::Still(camera) => **camera,
-            Cameras::Moving(cameras) => {
-                let along = f64::from(time) * f64::from(SEGMENTS);
-                let i = (along as usize).min(SEGMENTS as usize - 1);
-                cameras[i].between(&cameras[i + 1], along - i as f64)
-            }
-        }
+        self.cameras.at(f64::from(time))
     }
 
     /// Returns this camera moved by `by`, in m.
     pub fn moved(&self, by: DVec3) -> Self {
-        let Neighbours { previous, next } = self.neighbours;
+        let moved = |neighbour: &Option<PictureCamera>| neighbour.as_ref().map(|camera| camera.moved(by));
         Self {
-            cameras: match &self.cameras {
-                Cameras::Still(camera) => Cameras::Still(Box::new(camera.moved(by))),
-                Cameras::Moving(cameras) => Cameras::Moving(Box::new(cameras.map(|camera| camera.moved(by)))),
-            },
+            cameras: self.cameras.moved(by),
             neighbours: Neighbours {
-                previous: previous.map(|camera| camera.moved(by)),
-                next: next.map(|camera| camera.moved(by)),
+                previous: moved(&self.neighbours.previous),
+                next: moved(&self.neighbours.next),
             },
             ..*self
         }
@@ -156,8 +247,8 @@ impl FrameCamera {
     /// [`CameraKind::has_lens`](super::CameraKind::has_lens).
     pub fn has_lens(&self) -> bool {
         match &self.cameras {
-            Cameras::Still(camera) => camera.has_lens(),
-            Cameras::Moving(cameras) => cameras.iter().any(Camera::has_lens),
+            PictureCamera::Still(camera) => camera.has_lens(),
+            PictureCamera::Moving(cameras) => cameras.iter().any(Camera::has_lens),
         }
     }
 

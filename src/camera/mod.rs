@@ -29,13 +29,15 @@ pub mod perspective;
 pub mod pinhole;
 mod pinhole_view;
 pub mod pose;
+pub mod shutter;
 mod station;
 
 pub use facts::{DepthOfField, LensFacts, ViewMatrices};
-pub use frame_camera::{FrameCamera, Neighbours};
+pub use frame_camera::{FrameCamera, Neighbours, PictureCamera};
 pub use lens::LensOverrides;
 pub use pinhole_view::{CalibratedView, PinholeView, ViewDistortion};
 pub use pose::{LookAt, Pose, PoseError, RotationOrder};
+pub use shutter::{Readout, ReadoutDirection, Shutter, Timing};
 
 /// A film's width and height, in pixels, both at least 1. Pixels are square.
 pub type FilmSize = [u32; 2];

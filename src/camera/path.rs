@@ -21,15 +21,13 @@ use glam::{DQuat, DVec3};
 
 use super::{
     Camera, FilmSize, FrameCamera, Lens, LensOverrides, LookAt, Neighbours, Pose, PoseError, RotationOrder,
+    frame_camera::PictureCamera,
     lens::{Aperture, FieldOfView, Sensor},
     pinhole::PinholeLens,
+    shutter::{Readout, Shutter, ShutterInterval, Timing},
 };
 pub use crate::math::track::Interp;
 use crate::math::track::{Channel, Track};
-
-mod shutter;
-
-pub use shutter::{Shutter, ShutterInterval};
 
 /// Frame numbers lie between minus this and this.
 pub const MAX_FRAME: i64 = 1_000_000_000;
@@ -77,6 +75,8 @@ pub struct PathKey {
     /// The intrinsics in pixels, which replace the lens of the scene's camera.
     pub pinhole: Option<PinholeLens>,
     pub shutter: Option<Shutter>,
+    /// The time of a sensor's readout, in frames, at least 0.
+    pub readout: Option<f64>,
     /// The interpolation up to the next key.
     pub interp: Interp,
     /// The name of the shot that begins here, or of the picture.
@@ -94,6 +94,8 @@ pub struct CameraState {
     pub lens: LensOverrides,
     pub pinhole: Option<PinholeLens>,
     pub shutter: Option<Shutter>,
+    /// The time of a sensor's readout, in frames.
+    pub readout: Option<f64>,
     /// The last name at or before this time.
     pub name: Option<String>,
 }
@@ -168,8 +170,9 @@ pub struct CameraPath {
     /// By the frame from which on they hold.
     pinholes: Vec<(f64, PinholeLens)>,
     shutter: Track<Shutter>,
-    /// The shutter where no key gives one.
-    scene_shutter: Shutter,
+    readout: Track<f64>,
+    /// The timing where no key gives one.
+    scene_timing: Timing,
     /// The times at which the camera jumps: those of the keys that follow a held one.
     cuts: Vec<f64>,
     /// By the frame from which on they hold.
@@ -204,7 +207,8 @@ impl CameraPath {
             },
             pinholes: held(keys, |k| k.pinhole),
             shutter: track(keys, |k| k.shutter),
-            scene_shutter: Shutter::default(),
+            readout: track(keys, |k| k.readout),
+            scene_timing: Timing::default(),
             cuts: keys
                 .iter()
                 .zip(&keys[1..])
@@ -218,9 +222,9 @@ impl CameraPath {
         Ok(path)
     }
 
-    /// Returns this path with the shutter of the scene's camera, where no key gives one.
-    pub fn with_scene_shutter(self, scene_shutter: Shutter) -> Self {
-        Self { scene_shutter, ..self }
+    /// Returns this path with the timing of the scene's camera, where no key gives one.
+    pub fn with_scene_timing(self, scene_timing: Timing) -> Self {
+        Self { scene_timing, ..self }
     }
 
     /// Returns this path as that of the pictures at `frames`, between which nothing is meant.
@@ -276,6 +280,7 @@ impl CameraPath {
             lens: self.lens_at(frame),
             pinhole: last(&self.pinholes, frame).copied(),
             shutter: self.shutter.at(frame),
+            readout: self.readout.at(frame),
             name: last(&self.names, frame).cloned(),
         })
     }
@@ -300,7 +305,7 @@ impl CameraPath {
     ///
     /// # Errors
     /// As those of [`CameraPath::at`].
-    pub fn over_shutter(&self, frame: f64, otherwise: Shutter) -> Result<[CameraState; 2], PathError> {
+    pub fn over_shutter(&self, frame: f64, otherwise: Timing) -> Result<[CameraState; 2], PathError> {
         let interval = self.shutter_interval(frame, otherwise)?;
         Ok([self.at(interval.time(0.0))?, self.at(interval.time(1.0))?])
     }
@@ -309,12 +314,19 @@ impl CameraPath {
     ///
     /// # Errors
     /// As those of [`CameraPath::at`].
-    pub fn shutter_interval(&self, frame: f64, otherwise: Shutter) -> Result<ShutterInterval, PathError> {
-        let shutter = self.at(frame)?.shutter.unwrap_or(otherwise);
+    pub fn shutter_interval(&self, frame: f64, otherwise: Timing) -> Result<ShutterInterval, PathError> {
+        let state = self.at(frame)?;
+        let timing = Timing {
+            shutter: state.shutter.unwrap_or(otherwise.shutter),
+            readout: Readout {
+                time: state.readout.unwrap_or(otherwise.readout.time),
+                ..otherwise.readout
+            },
+        };
         let next = self.cuts.partition_point(|cut| *cut <= frame);
         Ok(ShutterInterval {
             frame,
-            shutter,
+            timing,
             begin: next.checked_sub(1).map_or(self.first, |i| self.cuts[i]),
             end: self.cuts.get(next).map_or(self.last, |cut| cut.next_down()),
         })
@@ -331,29 +343,34 @@ impl CameraPath {
         lens: impl Fn(f64) -> Result<Lens, E>,
         film: FilmSize,
     ) -> Result<FrameCamera, E> {
-        let interval = self.shutter_interval(frame, self.scene_shutter)?;
-        let camera = |u: f64| {
-            let state = self.at(interval.time(u))?;
-            Ok::<_, E>(state.camera(&lens(state.frame)?, film))
+        // The camera while the picture of an interval is taken, or as its shutter opens.
+        let taken = |interval: &ShutterInterval, at_opening: bool| {
+            let camera = |u: f64| {
+                let state = self.at(interval.time(u))?;
+                Ok::<_, E>(state.camera(&lens(state.frame)?, film))
+            };
+            match at_opening || interval.time(0.0) == interval.time(1.0) {
+                true => Ok(PictureCamera::from(camera(0.0)?)),
+                false => PictureCamera::moving(camera),
+            }
         };
-        let own = if interval.time(0.0) == interval.time(1.0) {
-            FrameCamera::from(camera(0.0)?)
-        } else {
-            FrameCamera::moving(camera)?
-        };
-        let Shutter { open, close } = interval.shutter;
-        // The camera of the frame that comes `by` frames later, as its shutter opens, and the time from this frame until then.
+        let interval = self.shutter_interval(frame, self.scene_timing)?;
+        let open = interval.timing.shutter.open;
+        // The camera of the frame that comes `by` frames later, and the time from this frame until its shutter opens.
         let neighbour = |by: f64| {
             // Nothing moves over a cut.
             let is_same_shot = (interval.begin..=interval.end).contains(&(frame + by));
-            let its = self.shutter_interval(frame + by, self.scene_shutter).ok();
-            let state = its.and_then(|its| self.at(its.time(0.0)).ok().filter(|_| is_same_shot));
-            let camera = state.map(|state| Ok::<_, E>(state.camera(&lens(state.frame)?, film)));
-            Ok::<_, E>((camera.transpose()?, its.map_or(open, |its| its.shutter.open) + by))
+            let its = self.shutter_interval(frame + by, self.scene_timing).ok();
+            let seen = its.filter(|its| is_same_shot && self.at(its.time(0.0)).is_ok());
+            let camera = seen.map(|its| taken(&its, its.timing.readout.is_global()));
+            Ok::<_, E>((
+                camera.transpose()?,
+                its.map_or(open, |its| its.timing.shutter.open) + by,
+            ))
         };
         let ((previous, before), (next, after)) = (neighbour(-1.0)?, neighbour(1.0)?);
-        Ok(own
-            .with_shutter(open, close)
+        Ok(FrameCamera::from(taken(&interval, false)?)
+            .with_timing(interval.timing)
             .with_openings_around(before, after)
             .with_neighbours(Neighbours { previous, next }))
     }

@@ -22,7 +22,7 @@ use crate::{
         motion::{EditedParts, ModelEdits},
         store::ModelRequest,
     },
-    camera::CameraDesc,
+    camera::{CameraDesc, Timing},
     describe::{
         self, BackgroundDesc, Diagnostics, MovingDesc, ObjectDesc, Overrides, PartsDesc, SceneDesc, Source, Stage,
         ValueFile, Values,
@@ -309,7 +309,9 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
         None => model.cameras.clone(),
     };
     let own = chosen.and_then(|chosen| camera::own(&cameras[chosen], center));
-    let given = |(_, path): (&str, &[String])| path[0] == "camera" && path.get(1).is_none_or(|key| key != "shutter");
+    let given = |(_, path): (&str, &[String])| {
+        path[0] == "camera" && path.get(1).is_none_or(|key| !Timing::KEYS.contains(&key.as_str()))
+    };
     let is_given = options.overrides.paths().any(given);
     let moves = |camera: &usize| model.motion.as_ref().is_some_and(|motion| motion.moves_camera(*camera));
     let moving = chosen.filter(|_| !is_given && own.is_some()).filter(moves);

@@ -2,7 +2,7 @@
 
 use super::foreign;
 use crate::{
-    camera::CameraDesc,
+    camera::{CameraDesc, Timing},
     filter::FilterDesc,
     integrator::IntegratorDesc,
     light::LightDesc,
@@ -36,7 +36,7 @@ const fn table(what: &'static str, kinds: &'static [&'static str]) -> KindTable 
 }
 
 pub(super) static CAMERA: KindTable = KindTable {
-    beside: &["shutter"],
+    beside: Timing::KEYS,
     ..table("camera", CameraDesc::NAMES)
 };
 pub(super) static FILTER: KindTable = table("filter", FilterDesc::NAMES);

@@ -12,7 +12,7 @@ use super::{
     wording::in_words_of_the_file,
 };
 use crate::{
-    camera::{CameraDesc, path::Shutter},
+    camera::{CameraDesc, Shutter, Timing, shutter::MAX_READOUT},
     integrator::{IntegratorDesc, replacing_pass},
     light::LightDesc,
     material::MaterialDesc,
@@ -168,12 +168,15 @@ impl Reader<'_> {
         render.check(&mut self.problems);
         let values = take(VALUES).and_then(|v| self.entity(v));
         let mut camera = take("camera");
-        let shutter = camera.as_mut().and_then(|camera| take_key(camera, "shutter"));
+        let timing = Timing::KEYS
+            .iter()
+            .filter_map(|key| Some((*key, take_key(camera.as_mut()?, key)?)));
+        let timing: Vec<_> = timing.collect();
         // The camera of a path or of a model has no kind here.
         let is_alone =
-            |v: &Value<'_>| shutter.is_some() && matches!(v.get_ref(), DeValue::Table(table) if table.is_empty());
+            |v: &Value<'_>| !timing.is_empty() && matches!(v.get_ref(), DeValue::Table(table) if table.is_empty());
         let camera = camera.filter(|v| !is_alone(v)).and_then(|v| self.camera(v));
-        let shutter = shutter.and_then(|v| self.shutter(v)).unwrap_or_default();
+        let timing = self.timing(timing);
         let background = take("background").and_then(|v| self.entity(v)).unwrap_or_default();
         let output: OutputDesc = take("output").and_then(|v| self.entity(v)).unwrap_or_default();
         output.check(&mut self.problems);
@@ -188,7 +191,7 @@ impl Reader<'_> {
             values,
             render,
             camera,
-            shutter,
+            timing,
             background,
             textures,
             materials,
@@ -201,7 +204,9 @@ impl Reader<'_> {
     /// Parses the table of a camera.
     pub fn camera(&mut self, mut value: Value<'_>) -> Option<Spanned<CameraDesc>> {
         let span = value.span();
-        take_key(&mut value, "shutter");
+        for key in Timing::KEYS {
+            take_key(&mut value, key);
+        }
         self.kind(value, &kind_tables::CAMERA).map(|c| Spanned::new(span, c))
     }
 
@@ -255,6 +260,31 @@ impl Reader<'_> {
         T::deserialize(ValueDeserializer::from(value))
             .map_err(|e| self.problems.push(from_toml(&e, self.overrides)))
             .ok()
+    }
+
+    /// Parses the keys of a camera's timing.
+    fn timing(&mut self, keys: Vec<(&str, Value<'_>)>) -> Timing {
+        let mut timing = Timing::default();
+        for (key, value) in keys {
+            match key {
+                "shutter" => timing.shutter = self.shutter(value).unwrap_or_default(),
+                "readout" => timing.readout.time = self.readout_time(value).unwrap_or_default(),
+                _ => timing.readout.direction = self.entity(value).unwrap_or_default(),
+            }
+        }
+        timing
+    }
+
+    /// Parses the time of a sensor's readout.
+    fn readout_time(&mut self, value: Value<'_>) -> Option<f64> {
+        let span = value.span();
+        let time: f64 = self.entity(value)?;
+        let is_valid = (0.0..=MAX_READOUT).contains(&time);
+        if !is_valid {
+            let message = format!("a readout takes from 0 to {MAX_READOUT} frames, not {time}");
+            self.problems.push(Problem::at(span, message));
+        }
+        is_valid.then_some(time)
     }
 
     /// Parses the times at which a shutter opens and closes.

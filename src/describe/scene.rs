@@ -33,7 +33,7 @@ use serde::Deserialize;
 
 use super::{LightGroupName, ObjectPartDesc, OutputDesc, PartsDesc, RenderDesc, Source, rotation::RotationDesc};
 use crate::{
-    camera::{CameraDesc, path::Shutter},
+    camera::{CameraDesc, Timing},
     light::{LightDesc, environment::EnvironmentDesc, gradient::GradientDesc, sky::SkyDesc},
     material::{BumpDesc, MaterialDesc, NormalDesc},
     math::{Transform, transform},
@@ -52,8 +52,7 @@ pub struct SceneDesc {
     pub render: RenderDesc,
     /// The scene's own camera. The table has a key that names the kind of camera, and may have a shutter.
     ///
-    /// A camera path moves this camera and may change its lens; without one it renders a single frame. The camera looks
-    /// along its own -z, with +y up and +x to the right.
+    /// A camera path moves it and may change its lens; without one a single frame is rendered. It looks along its own -z, with +y up.
     ///
     /// ```toml
     /// [camera]
@@ -61,12 +60,13 @@ pub struct SceneDesc {
     /// shutter = [0, 0.5]
     /// ```
     ///
-    /// `shutter = [open, close]` are the times at which the shutter opens and closes, in frames from that of the picture. What
-    /// moves between them is blurred. By default both are 0, and nothing is. Columns of the camera path win. The key may stand alone
-    /// where a camera path or a model has the camera.
+    /// `shutter = [open, close]` are the times at which the shutter opens and closes, in frames from that of the picture: what moves
+    /// between them is blurred. By default both are 0. `readout = 0.8` is a rolling shutter: the time in frames from the exposure of
+    /// the first line to that of the last one. `readout_direction` is `"top_to_bottom"` (the default), `"bottom_to_top"`,
+    /// `"left_to_right"` or `"right_to_left"`. Columns of the camera path win. The keys may stand without a kind of camera.
     pub camera: Option<Spanned<CameraDesc>>,
-    /// The shutter of the scene's camera.
-    pub shutter: Shutter,
+    /// The shutter of the scene's camera and the readout of its sensor.
+    pub timing: Timing,
     pub background: BackgroundDesc,
     pub textures: Vec<TextureEntry>,
     pub materials: Vec<MaterialEntry>,

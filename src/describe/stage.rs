@@ -9,6 +9,7 @@ use toml::de::{DeArray, DeTable, DeValue};
 
 use super::placed::placed;
 use crate::{
+    camera::Timing,
     math::{DVec3, transform::axis_rotation},
     value::{Problem, Span, Spanned},
 };
@@ -137,7 +138,7 @@ fn perspective<'t, 'i>(table: &'t mut DeTable<'i>, span: &Span, what: &str) -> R
     let kind = camera
         .keys()
         .map(|key| key.get_ref().to_string())
-        .find(|key| key != "shutter");
+        .find(|key| !Timing::KEYS.contains(&key.as_str()));
     match camera.get_mut("perspective").map(Spanned::get_mut) {
         Some(DeValue::Table(lens)) => Ok(lens),
         _ => {

@@ -18,6 +18,7 @@ use crate::{
         camera_path::{ValueCell, ValueColumn, ValueTable},
         motion::EditedParts,
     },
+    camera::Timing,
     math::track::{Interp, Track},
     value::Problem,
 };
@@ -285,9 +286,9 @@ fn resolve(
     if let Some(fixed) = FIXED.iter().find(|fixed| inner == [**fixed]) {
         return Err(Problem::at(span, format!("`{fixed}` holds for the whole job")));
     }
-    if entity == Entity::Camera && inner[0] == "shutter" {
-        let problem = Problem::at(span, "`shutter` holds for the whole job");
-        return Err(problem.with_help("a camera path has the columns shutter_open and shutter_close"));
+    if entity == Entity::Camera && Timing::KEYS.contains(&inner[0]) {
+        let problem = Problem::at(span, format!("`{}` holds for the whole job", inner[0]));
+        return Err(problem.with_help("a camera path has the columns shutter_open, shutter_close and readout"));
     }
     let inner = inner.iter().map(|step| (*step).to_owned()).collect();
     Ok((entity, KeyPath { inner, component }))

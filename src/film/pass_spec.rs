@@ -1,7 +1,7 @@
 //! The description of a pass (AOV): a row of the pass table.
 
 use crate::{
-    camera::{Camera, Neighbours},
+    camera::{Camera, FilmSize, FrameCamera},
     scene::{Component, FirstHit, MatteKind, PointMotion, Scene, SceneMotion},
 };
 
@@ -111,16 +111,28 @@ pub enum Feature {
 /// The data that a pass may read beside the first hit.
 #[derive(Clone, Copy)]
 pub struct PassContext<'a> {
-    /// The camera when the shutter opens, and those of the frames before and after.
+    /// The camera when the shutter opens for the pixel.
     pub camera: &'a Camera,
-    pub neighbours: &'a Neighbours,
+    /// That of the frame, with those of the frames before and after.
+    pub frame_camera: &'a FrameCamera,
+    /// The size of the whole picture.
+    pub film: FilmSize,
     /// The scene at the time of the sample.
     pub scene: &'a Scene,
     /// The motion of the scene's surfaces; `None` if nothing moves.
     pub motion: Option<&'a SceneMotion>,
 }
 
-impl PassContext<'_> {
+impl<'a> PassContext<'a> {
+    /// The same data with the camera of a pixel, if it has one of its own.
+    #[inline]
+    pub fn with_camera(&self, own: Option<&'a Camera>) -> Self {
+        Self {
+            camera: own.unwrap_or(self.camera),
+            ..*self
+        }
+    }
+
     /// The motion of the point of a first hit.
     pub(super) fn motion_of(&self, hit: &FirstHit) -> PointMotion {
         let resting = PointMotion {

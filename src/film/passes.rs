@@ -4,7 +4,10 @@
 //! read this table. A new pass is one row; a pass of first hits is a function from [`FirstHit`](crate::scene::FirstHit) to
 //! numbers.
 
-use super::{features, motion};
+use super::{
+    features,
+    motion::{self, PictureTime},
+};
 use crate::scene::{Component, MatteKind};
 
 pub use super::pass_spec::{Combine, Display, Feature, PassContext, PassSource, PassSpec, PixelType, Statistic};
@@ -202,9 +205,8 @@ pub const PASSES: &[PassSpec] = &[
         background: 0.0,
         display: Display::Signed,
         source: PassSource::FirstHit(|hit, context| {
-            let at = context.motion_of(hit);
-            let next = context.neighbours.next.as_ref();
-            motion::between((at.now, Some(context.camera)), (at.after, next))
+            let points = context.motion_of(hit);
+            motion::between(context, &points, [PictureTime::Now, PictureTime::After])
         }),
         about: "motion of the surface to its place in the next frame: pixels to the right, pixels upwards, and metres of depth",
     },
@@ -216,9 +218,8 @@ pub const PASSES: &[PassSpec] = &[
         background: 0.0,
         display: Display::Signed,
         source: PassSource::FirstHit(|hit, context| {
-            let at = context.motion_of(hit);
-            let previous = context.neighbours.previous.as_ref();
-            motion::between((at.before, previous), (at.now, Some(context.camera)))
+            let points = context.motion_of(hit);
+            motion::between(context, &points, [PictureTime::Before, PictureTime::Now])
         }),
         about: "the same from its place in the frame before to that in this one; 0 over a cut and where there is no such frame",
     },

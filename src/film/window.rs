@@ -48,6 +48,13 @@ impl Window {
         y.abs_diff(self.y0) as usize * self.width() as usize + x.abs_diff(self.x0) as usize
     }
 
+    /// The pixel with this index.
+    pub const fn place(&self, index: usize) -> [i32; 2] {
+        let width = self.width();
+        let (column, row) = (index as u32 % width, index as u32 / width);
+        [self.x0 + column as i32, self.y0 + row as i32]
+    }
+
     /// The intersection; possibly empty.
     pub fn intersection(self, other: Self) -> Self {
         let (x0, y0) = (self.x0.max(other.x0), self.y0.max(other.y0));

@@ -59,10 +59,18 @@ impl CameraRays {
         } else {
             self.lens.resize(self.keys.len(), Vec2::splat(0.5));
         }
-        if context.camera_moves && spread {
-            sampler.fill_2d(context.simd, &self.keys, Dimension::TIME, &mut self.u);
-            for ((time, film), lens) in self.u.iter().zip(&self.film).zip(&self.lens) {
-                let ray = context.frame_camera.camera(time.x).ray(*film, *lens);
+        let camera = context.frame_camera;
+        if context.camera_moves && (spread || !camera.readout().is_global()) {
+            if spread {
+                sampler.fill_2d(context.simd, &self.keys, Dimension::TIME, &mut self.u);
+            } else {
+                self.u.clear();
+                self.u.resize(self.keys.len(), Vec2::ZERO);
+            }
+            let pixels = self.keys.columns.iter().zip(&self.keys.rows);
+            for (((time, film), lens), (x, y)) in self.u.iter().zip(&self.film).zip(&self.lens).zip(pixels) {
+                let time = camera.time_of_pixel(f64::from(time.x), [*x as i32, *y as i32], settings.resolution);
+                let ray = camera.cameras().at(time).ray(*film, *lens);
                 rays.push(ray.unwrap_or(Ray::NONE));
             }
         } else {

@@ -90,10 +90,21 @@ impl RenderContext<'_> {
     pub fn passes(&self) -> PassContext<'_> {
         PassContext {
             camera: &self.opening,
-            neighbours: self.frame_camera.neighbours(),
+            frame_camera: self.frame_camera,
+            film: self.settings.resolution,
             scene: self.scene,
             motion: self.frame.motion.as_ref(),
         }
+    }
+
+    /// The camera when the shutter opens for a pixel, if it is not the same for all pixels.
+    pub fn opening_for(&self, pixel: [i32; 2]) -> Option<Camera> {
+        let rolls = self.frame_camera.moves() && !self.frame_camera.readout().is_global();
+        let camera = || {
+            let time = self.frame_camera.time_of_pixel(0.0, pixel, self.settings.resolution);
+            self.frame_camera.cameras().at(time)
+        };
+        rolls.then(camera)
     }
 
     /// Whether the camera sees the background.

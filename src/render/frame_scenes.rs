@@ -46,8 +46,12 @@ pub(super) fn motion<S: FrameScenes>(
         return Ok(None);
     }
     let mut at = |time| scenes.at(time).map(ScenePlaces::new);
-    let before = neighbours.previous.map(|_| at(SceneTime::Before)).transpose()?;
+    let before = neighbours
+        .previous
+        .as_ref()
+        .map(|_| at(SceneTime::Before))
+        .transpose()?;
     let now = at(SceneTime::OPENING)?;
-    let after = neighbours.next.map(|_| at(SceneTime::After)).transpose()?;
+    let after = neighbours.next.as_ref().map(|_| at(SceneTime::After)).transpose()?;
     Ok(Some(SceneMotion::new(before, now, after)))
 }

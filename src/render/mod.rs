@@ -99,9 +99,11 @@ impl Renderer {
             accumulators = accumulators.with_catchers();
         }
         let camera = frame_camera.moved(-scene.origin);
-        let can_blur = camera.exposure() > 0.0 && settings.content == Content::Light;
-        let moves = can_blur && !scenes.is_still(moment_times(settings));
+        let rolls = !camera.readout().is_global();
+        let can_blur = rolls || camera.exposure() > 0.0 && settings.content == Content::Light;
+        let moves = can_blur && !scenes.is_still(moment_times(settings, &camera));
         let follows_motion = layout.planes().iter().any(|plane| plane.pass.follows_motion());
+        let moments = moves.then(|| Moments::new(settings, &camera));
         let frame = FrameInputs {
             motion: match follows_motion {
                 true => frame_scenes::motion(scenes, camera.neighbours(), moves)?,
@@ -113,12 +115,7 @@ impl Renderer {
             settings,
             layout: &layout,
         };
-        tiles::render(
-            &frame,
-            (scenes, moves.then(|| Moments::new(settings))),
-            &self.waves,
-            control,
-        )
+        tiles::render(&frame, (scenes, moments), &self.waves, control)
     }
 }
 

@@ -9,8 +9,9 @@
 //! stratum are dealt out to the pixels of a square, so that neighbours take different ones: `2^m` by `2^m` pixels with `n` samples
 //! each take `4^m n` different moments, as long as there are so many.
 
-use super::{Settings, scene_time::SceneTime, schedule::WAVE_SIZE};
+use super::{Content, Settings, scene_time::SceneTime, schedule::WAVE_SIZE};
 use crate::{
+    camera::{FilmSize, FrameCamera, Timing},
     film::{TileAccumulator, Window},
     math::hash::mix32,
     sampler::SampleKeys,
@@ -30,6 +31,15 @@ pub(super) struct Moments {
     /// The logarithm of the samples of a run, at most `bits`.
     run_bits: u32,
     seed: u32,
+    /// The lines of a rolling shutter.
+    lines: Option<Lines>,
+}
+
+/// The lines of a sensor that are exposed one after the other.
+#[derive(Clone, Copy, Debug)]
+struct Lines {
+    timing: Timing,
+    film: FilmSize,
 }
 
 /// One of the moments of a shutter.
@@ -49,19 +59,38 @@ pub(super) struct Sweep<'a> {
 }
 
 impl Moments {
-    /// At least 64, and as many as the samples of a pixel up to 256.
-    pub fn new(settings: &Settings) -> Self {
+    /// At least 64, and as many as the samples of a pixel up to 256; with a rolling shutter 256 for all lines together.
+    pub fn new(settings: &Settings, camera: &FrameCamera) -> Self {
+        let mut timing = camera.timing();
+        if settings.content == Content::FirstHits {
+            timing.shutter.close = timing.shutter.open;
+        }
+        let lines = Lines {
+            timing,
+            film: settings.resolution,
+        };
         let run = settings.samples.max.clamp(1, 1 << BITS[1]).next_power_of_two();
         let run_bits = run.trailing_zeros();
         Self {
             bits: run_bits.max(BITS[0]),
             run_bits,
             seed: mix32(settings.seed) ^ (settings.noise_frame as u32).wrapping_mul(0x9e37_79b9),
+            lines: (!timing.readout.is_global()).then_some(lines),
         }
     }
 
     pub fn count(self) -> u32 {
-        1 << self.bits
+        match self.lines {
+            Some(_) => 1 << BITS[1],
+            None => 1 << self.bits,
+        }
+    }
+
+    /// The least number of moments that the samples of a pixel are spread over.
+    pub fn of_pixel(self) -> u32 {
+        let share = |lines: Lines| lines.timing.exposure() / lines.timing.duration();
+        let count = self.lines.map_or(1.0, share) * f64::from(self.count());
+        (count as u32).max(1)
     }
 
     pub fn get(self, index: u32) -> Moment {
@@ -70,8 +99,8 @@ impl Moments {
 }
 
 /// The times of the shutter at which a scene that moves is sought.
-pub fn moment_times(settings: &Settings) -> impl Iterator<Item = SceneTime> {
-    let moments = Moments::new(settings);
+pub fn moment_times(settings: &Settings, camera: &FrameCamera) -> impl Iterator<Item = SceneTime> + use<> {
+    let moments = Moments::new(settings, camera);
     (0..moments.count()).map(move |index| moments.get(index).time())
 }
 
@@ -92,11 +121,39 @@ impl Moment {
 
     /// The number of tiles of this area whose samples of the moment make a wave, if they get so many samples.
     pub fn tiles_of_wave(self, area: usize, samples: usize) -> usize {
-        WAVE_SIZE * self.all.count() as usize / (area * samples).max(1)
+        WAVE_SIZE * self.all.of_pixel() as usize / (area * samples).max(1)
     }
 
     /// Appends those of the samples `first..end` of the pixels of `tile` that belong to the moment.
-    pub fn list(self, tile: Window, [first, end]: [u32; 2], keys: &mut SampleKeys) {
+    pub fn list(self, tile: Window, samples: [u32; 2], keys: &mut SampleKeys) {
+        let Some(lines) = self.all.lines else {
+            return self.list_exposed(tile, samples, keys);
+        };
+        let exposed = Moments {
+            lines: None,
+            ..self.all
+        };
+        let index_at = |part: u32, line: Window| {
+            let read = lines
+                .timing
+                .readout
+                .fraction([line.x0, line.y0].map(|at| f64::from(at) + 0.5), lines.film);
+            let time = lines.timing.fraction(exposed.get(part).fraction(), read);
+            ((time * f64::from(self.all.count())) as u32).min(self.all.count() - 1)
+        };
+        for line in lines.of(tile) {
+            let last = exposed.count() - 1;
+            if index_at(0, line) > self.index || index_at(last, line) < self.index {
+                continue;
+            }
+            for part in (0..=last).filter(|part| index_at(*part, line) == self.index) {
+                exposed.get(part).list_exposed(line, samples, keys);
+            }
+        }
+    }
+
+    /// Appends those of the samples that belong to the moment of the exposure.
+    fn list_exposed(self, tile: Window, [first, end]: [u32; 2], keys: &mut SampleKeys) {
         let Moments { run_bits, seed, .. } = self.all;
         let (choice, stratum) = (PlaceInStratum::new(self), self.stratum());
         for square in squares(tile) {
@@ -123,6 +180,22 @@ impl Moment {
     /// The part of the shutter in which every run of a pixel has one sample.
     fn stratum(self) -> u32 {
         self.index >> (self.all.bits - self.all.run_bits)
+    }
+}
+
+impl Lines {
+    /// The lines of a tile.
+    fn of(self, tile: Window) -> impl Iterator<Item = Window> {
+        let reads_columns = self.timing.readout.direction.reads_columns();
+        let range = if reads_columns {
+            tile.x0..tile.x1
+        } else {
+            tile.y0..tile.y1
+        };
+        range.map(move |at| match reads_columns {
+            true => Window::new(at, tile.y0, at + 1, tile.y1),
+            false => Window::new(tile.x0, at, tile.x1, at + 1),
+        })
     }
 }
 
@@ -213,10 +286,66 @@ fn squares(tile: Window) -> impl Iterator<Item = [i32; 2]> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::camera::{Camera, Lens, LookAt, Pose, Readout, ReadoutDirection, Shutter};
+
+    /// A camera whose shutter is open for `exposure` frames.
+    fn camera(exposure: f64, readout: Readout) -> FrameCamera {
+        let pose = Pose::look_at(glam::DVec3::Z, &LookAt::new(glam::DVec3::ZERO)).expect("a pose");
+        let shutter = Shutter {
+            open: 0.0,
+            close: exposure,
+        };
+        FrameCamera::from(Camera::new(&pose, &Lens::default(), [64, 64])).with_timing(Timing { shutter, readout })
+    }
+
+    fn still() -> FrameCamera {
+        camera(1.0, Readout::default())
+    }
+
+    #[test]
+    fn every_sample_of_a_rolling_shutter_has_the_moment_of_its_line() {
+        use ReadoutDirection::*;
+        for direction in [TopToBottom, BottomToTop, LeftToRight, RightToLeft] {
+            for (exposure, samples) in [(0.0, 4), (0.25, 16), (1.0, 3)] {
+                let readout = Readout { time: 0.75, direction };
+                let settings = Settings::new([64, 64], samples);
+                let moments = Moments::new(&settings, &camera(exposure, readout));
+                let tile = Window::new(3, 5, 29, 41);
+                let mut seen = Vec::new();
+                for moment in (0..moments.count()).map(|index| moments.get(index)) {
+                    let mut keys = SampleKeys::default();
+                    moment.list(tile, [0, samples], &mut keys);
+                    for i in 0..keys.len() {
+                        let (x, y) = (keys.columns[i], keys.rows[i]);
+                        let line = match direction {
+                            TopToBottom => y,
+                            BottomToTop => 63 - y,
+                            LeftToRight => x,
+                            RightToLeft => 63 - x,
+                        };
+                        // From when its line is exposed until it is not.
+                        let from = 0.75 * (f64::from(line) + 0.5) / 64.0;
+                        let time = moment.fraction() * (exposure + 0.75);
+                        let part = 0.5 * (exposure + 0.75) / f64::from(moments.count());
+                        assert!(time > from - part - 1e-9 && time < from + exposure + part + 1e-9);
+                        seen.push((x, y, keys.samples[i]));
+                    }
+                }
+                let count = seen.len();
+                seen.sort_unstable();
+                seen.dedup();
+                assert_eq!(
+                    (count, seen.len()),
+                    (tile.area() * samples as usize, count),
+                    "{direction:?} {exposure}"
+                );
+            }
+        }
+    }
 
     /// For each moment, the samples of the pixels of `tile` that belong to it.
     fn by_moment(samples: u32, tile: Window, range: [u32; 2]) -> Vec<SampleKeys> {
-        let moments = Moments::new(&Settings::new([64, 64], samples));
+        let moments = Moments::new(&Settings::new([64, 64], samples), &still());
         let of = |index| {
             let mut keys = SampleKeys::default();
             moments.get(index).list(tile, range, &mut keys);

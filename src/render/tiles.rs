@@ -91,7 +91,7 @@ impl<'a> Progress<'a> {
         let state = control.interrupts.and_then(|interrupts| interrupts.earlier_state());
         let earlier = state.and_then(|bytes| TileSet::from_state(settings, &frame.accumulators, &bytes));
         let (tiles, before) = earlier.unwrap_or_else(|| {
-            let times = moments.map_or(1, Moments::count);
+            let times = moments.map_or(1, Moments::of_pixel);
             let threads = rayon::current_num_threads();
             let side = schedule::tile_side(settings.window, &settings.samples, times, threads);
             (TileSet::new(settings, side), Duration::ZERO)

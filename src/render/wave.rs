@@ -157,10 +157,11 @@ impl Wave {
         let record = |sample: usize| self.record(context, sample, spec.samples.start + (sample % together) as u32);
         for pixel in 0..tile.area() {
             let samples = (pixel * together..(pixel + 1) * together).map(record);
-            let count = accumulator.add(context.accumulators, &passes, pixel, samples);
+            let place = tile.place(pixel);
+            let own = context.opening_for(place);
+            let count = accumulator.add(context.accumulators, &passes.with_camera(own.as_ref()), pixel, samples);
             if count > 0 {
-                let (column, row) = (pixel as u32 % tile.width(), pixel as u32 / tile.width());
-                invalid.count_pixel([tile.x0 + column as i32, tile.y0 + row as i32], count);
+                invalid.count_pixel(place, count);
             }
         }
     }

@@ -42,7 +42,7 @@ impl Source {
         let begun = SystemTime::now();
         let job = Job::open(&self.scene, &request)?;
         let mut scene = Arc::new(job.compile()?);
-        keyframes.set_scene_shutter(job.desc.shutter);
+        keyframes.set_scene_timing(job.desc.timing);
         let plan = match job.plan.picture.metering_camera {
             Some(_) if job.moves() => {
                 let compiled = Arc::as_ptr(&scene);

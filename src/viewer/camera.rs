@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     camera::{
-        FilmSize, FrameCamera, Lens, LensOverrides, LookAt, Pose,
+        FilmSize, FrameCamera, Lens, LensOverrides, LookAt, Pose, Timing,
         lens::{Aperture, FieldOfView, Sensor},
-        path::{CameraPath, CameraState, Interp, Orientation, PathError, PathKey, Shutter},
+        path::{CameraPath, CameraState, Interp, Orientation, PathError, PathKey},
     },
     math::DVec3,
 };
@@ -180,6 +180,7 @@ impl ViewCamera {
             lens: self.lens.overrides(),
             pinhole: None,
             shutter: None,
+            readout: None,
             interp: Interp::default(),
             name: None,
         }
@@ -193,17 +194,17 @@ impl ViewCamera {
         CameraPath::new(&[self.key(frame)])?.at(frame)
     }
 
-    /// The camera for a film: that of a path with this single key, with the lens and the shutter of the scene.
+    /// The camera for a film: that of a path with this single key, with the lens and the timing of the scene.
     ///
     /// # Errors
     /// The pose or the lens is invalid.
     pub fn frame_camera(
         &self,
         frame: f64,
-        (lens, shutter): (&Lens, Shutter),
+        (lens, timing): (&Lens, Timing),
         film: FilmSize,
     ) -> Result<FrameCamera, PathError> {
-        let path = CameraPath::new(&[self.key(frame)])?.with_scene_shutter(shutter);
+        let path = CameraPath::new(&[self.key(frame)])?.with_scene_timing(timing);
         path.frame_camera(frame, |_| Ok(*lens), film)
     }
 }

@@ -15,8 +15,8 @@ use crate::{
     },
     batch::Request,
     camera::{
-        Lens,
-        path::{CameraPath, PathKey, Shutter},
+        Lens, Timing,
+        path::{CameraPath, PathKey},
     },
     error::Error,
     output::{OutputError, atomic},
@@ -28,7 +28,7 @@ pub struct Keyframes {
     options: CameraPathOptions,
     document: PathDocument,
     path: Option<Arc<CameraPath>>,
-    scene_shutter: Shutter,
+    scene_timing: Timing,
     /// The content of the file when it was last read or saved; `None` if there was none.
     on_disk: Option<ContentHash>,
     is_changed: bool,
@@ -68,7 +68,7 @@ impl Keyframes {
             options,
             document: PathDocument::new(&options),
             path: None,
-            scene_shutter: Shutter::default(),
+            scene_timing: Timing::default(),
             on_disk: None,
             is_changed: false,
         };
@@ -165,9 +165,9 @@ impl Keyframes {
         self.path.as_ref()
     }
 
-    /// Sets the shutter of the scene, for paths without one.
-    pub fn set_scene_shutter(&mut self, shutter: Shutter) {
-        self.scene_shutter = shutter;
+    /// Sets the timing of the scene's camera, for paths without one.
+    pub fn set_scene_timing(&mut self, timing: Timing) {
+        self.scene_timing = timing;
         self.renew();
     }
 
@@ -177,11 +177,11 @@ impl Keyframes {
     }
 
     fn renew(&mut self) {
-        let with_shutter = |path: &Arc<CameraPath>| match self.scene_shutter == Shutter::default() {
+        let with_timing = |path: &Arc<CameraPath>| match self.scene_timing == Timing::default() {
             true => Arc::clone(path),
-            false => Arc::new(CameraPath::clone(path).with_scene_shutter(self.scene_shutter)),
+            false => Arc::new(CameraPath::clone(path).with_scene_timing(self.scene_timing)),
         };
-        self.path = self.document.path().map(with_shutter);
+        self.path = self.document.path().map(with_timing);
     }
 }
 

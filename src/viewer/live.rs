@@ -174,7 +174,7 @@ impl ViewRenderer<'_> {
             number: task.view.whole_frame(),
             camera: &camera,
         };
-        if camera.exposure() > 0.0 && !scenes.is_still(moment_times(&settings)) {
+        if camera.duration() > 0.0 && !scenes.is_still(moment_times(&settings, &camera)) {
             // The bits of a blurred picture depend on its rounds, so after a first one they are those of the job.
             settings.samples = SampleBudget::fixed(1);
             self.film(task, (&mut scenes, &camera), &settings, &control)?;

@@ -365,7 +365,7 @@ impl Session {
         if unsupported(&state.view.camera.lens, base.lens.columns()).is_some() {
             state.view.camera.lens = LensNumbers::default();
         }
-        state.keyframes.set_scene_shutter(base.job.desc.shutter);
+        state.keyframes.set_scene_timing(base.job.desc.timing);
         state.base = Arc::new(base);
         if state.view.path.is_some() {
             self.follow_path(&mut state);

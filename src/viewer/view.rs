@@ -6,7 +6,7 @@ use super::{base::Base, camera::ViewCamera, look::Look};
 use crate::{
     batch::Plan,
     camera::{
-        FilmSize, FrameCamera, Neighbours,
+        FilmSize, FrameCamera, Neighbours, PictureCamera,
         path::{CameraPath, PathError},
     },
     render::Cancel,
@@ -45,11 +45,11 @@ impl View {
             }
             let camera = self
                 .camera
-                .frame_camera(self.frame, (lens, base.job.desc.shutter), film)?;
+                .frame_camera(self.frame, (lens, base.job.desc.timing), film)?;
             // Before a scene that moves it rests in the frames around, too.
-            let there = base.job.moves().then(|| camera.camera(0.0));
+            let there = base.job.moves().then(|| PictureCamera::from(camera.camera(0.0)));
             return Ok(camera.with_neighbours(Neighbours {
-                previous: there,
+                previous: there.clone(),
                 next: there,
             }));
         };

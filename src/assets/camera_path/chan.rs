@@ -74,6 +74,7 @@ fn key(words: &Words<'_>, count: usize, order: RotationOrder) -> Result<PathKey,
         },
         pinhole: None,
         shutter: None,
+        readout: None,
         interp: Interp::Smooth,
         name: None,
     })

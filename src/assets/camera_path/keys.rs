@@ -59,6 +59,7 @@ impl Posed {
             lens: self.lens,
             pinhole: self.pinhole,
             shutter: None,
+            readout: None,
             interp: Interp::Smooth,
             name: self.name,
         }

@@ -11,9 +11,9 @@ use crate::{
     assets::{Files, camera_path},
     batch::{FrameRange, Request, Turn},
     camera::{
-        Camera, FilmSize, FrameCamera, Lens, Neighbours, SceneCamera,
+        Camera, FilmSize, FrameCamera, Lens, Neighbours, PictureCamera, SceneCamera, Timing,
         lens::Aperture,
-        path::{CameraPath, PathError, Shutter},
+        path::{CameraPath, PathError},
     },
     compile::{self, default_scene::ModelRun},
     describe::{MovingDesc, SceneDesc, Values},
@@ -61,7 +61,7 @@ pub(in crate::batch) fn cameras(
         refuse_camera_values(values, "the views")?;
         let own = scene_camera.ok_or_else(|| no_camera(desc))?;
         let views = ViewCameras::new(views, bounds, own, resolution)?;
-        return of_views(request, &views, (desc.shutter, resolution));
+        return of_views(request, &views, (desc.timing, resolution));
     }
     let own = OwnCamera::new(desc, (values, run, fps(request)), scene_camera);
     let Some(file) = &request.camera_path else {
@@ -103,7 +103,7 @@ pub(in crate::batch) fn cameras(
         });
     };
     let options = request.path_options(scene_camera.map(|camera| camera.pose));
-    let path = camera_path::load(file, None, &options, inputs)?.with_scene_shutter(desc.shutter);
+    let path = camera_path::load(file, None, &options, inputs)?.with_scene_timing(desc.timing);
     let all = path.frames();
     let what = format!("the camera path, which has frames {} to {}", all.start(), all.end());
     let lens = scene_camera.map_or_else(Lens::default, |c| c.lens);
@@ -163,16 +163,15 @@ pub(in crate::batch) fn cameras(
 fn of_views(
     request: &Request,
     views: &ViewCameras,
-    (shutter, resolution): (Shutter, [u32; 2]),
+    (timing, resolution): (Timing, [u32; 2]),
 ) -> Result<JobCameras, Error> {
     let all = views.frames();
     let what = format!("the views, which are frames {} to {}", all.start(), all.end());
     let frames = frames(request, (&all, &all), &what)?;
-    let Shutter { open, close } = shutter;
     let of = |frame: i64| {
         let SceneCamera { pose, lens } = views.camera(frame)?;
         let camera = FrameCamera::from(Camera::new(&pose, &lens, resolution));
-        Ok::<_, Error>((number(frame), camera.with_shutter(open, close)))
+        Ok::<_, Error>((number(frame), camera.with_timing(timing)))
     };
     let first = views.camera(*all.start())?;
     let metered = Camera::new(&first.pose, &first.lens, metered_resolution(resolution));
@@ -326,7 +325,7 @@ impl MovedCamera<'_> {
 pub(in crate::batch) struct OwnCamera<'a> {
     run: Option<MovedCamera<'a>>,
     still: Option<SceneCamera>,
-    shutter: Shutter,
+    timing: Timing,
     /// Whether other values of the scene change over time.
     is_among_moving: bool,
     moving: Option<MovingDesc<'a>>,
@@ -349,7 +348,7 @@ impl<'a> OwnCamera<'a> {
                 parts: values.map(|values| MovingDesc::new(desc, values)),
             }),
             still,
-            shutter: desc.shutter,
+            timing: desc.timing,
             is_among_moving: values.is_some() || compile::plays_animations(desc),
             moving: of_camera.map(|values| MovingDesc::new(desc, values)),
             path: &desc.source.path,
@@ -377,17 +376,22 @@ impl<'a> OwnCamera<'a> {
             })?;
             Ok::<_, Error>(Camera::new(&camera.pose, &camera.lens, film))
         };
-        let Shutter { open, close } = self.shutter;
-        let time = |u: f64| frame + (open + (close - open) * u);
-        let camera = match (self.moving.is_some() || self.run.is_some()) && open < close {
-            true => FrameCamera::moving(|u| at(time(u)))?,
-            false => FrameCamera::from(at(time(0.0))?),
+        let timing = self.timing;
+        let moves = (self.moving.is_some() || self.run.is_some()) && timing.duration() > 0.0;
+        // The camera while the picture of a frame is taken, or as its shutter opens.
+        let taken = |frame: f64, at_opening: bool| {
+            let time = |u: f64| frame + (timing.shutter.open + timing.duration() * u);
+            match moves && !at_opening {
+                true => PictureCamera::moving(|u| at(time(u))),
+                false => at(time(0.0)).map(PictureCamera::from),
+            }
         };
-        let camera = camera.with_shutter(open, close);
+        let camera = FrameCamera::from(taken(frame, false)?).with_timing(timing);
         if !self.is_among_moving {
             return Ok(camera);
         }
-        let (previous, next) = (Some(at(time(0.0) - 1.0)?), Some(at(time(0.0) + 1.0)?));
+        let neighbour = |by: f64| taken(frame + by, timing.readout.is_global()).map(Some);
+        let (previous, next) = (neighbour(-1.0)?, neighbour(1.0)?);
         Ok(camera.with_neighbours(Neighbours { previous, next }))
     }
 }

@@ -25,8 +25,7 @@ impl CameraRig {
             None => frame.camera.clone(),
             Some(orbit) => {
                 let camera = orbit.camera(frame.number, plan.picture.settings.resolution);
-                let [open, close] = [0.0, 1.0].map(|u| frame.camera.shutter_time(u));
-                FrameCamera::from(camera).with_shutter(open, close)
+                FrameCamera::from(camera).with_timing(frame.camera.timing())
             }
         }
     }

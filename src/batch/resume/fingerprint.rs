@@ -133,7 +133,7 @@ fn moments<'a>(
     (number, camera): (i32, &FrameCamera),
 ) -> (Option<Moment<'a>>, Vec<Moment<'a>>) {
     let at = |time| plan.moment(time_in_frames(number, camera, time));
-    let within = moment_times(settings).filter(|_| camera.exposure() > 0.0);
+    let within = moment_times(settings, camera).filter(|_| camera.duration() > 0.0);
     let around = [SceneTime::Before, SceneTime::After]
         .into_iter()
         .filter(|_| follows_motion);
@@ -201,7 +201,7 @@ impl<'a> Hashed<'a> {
             animation: &picture.animation,
             frame: number,
             camera: camera.map(|camera| camera.clone().with_neighbours(Neighbours::default())),
-            neighbours: camera.filter(|_| motion).map(|camera| *camera.neighbours()),
+            neighbours: camera.filter(|_| motion).map(|camera| camera.neighbours().clone()),
             moment,
             further_moments: further,
             metered_moment: metered.and_then(|first| plan.moment(first)),

@@ -15,6 +15,7 @@ fn looking(frame: f64, eye: DVec3) -> PathKey {
         lens: LensOverrides::default(),
         pinhole: None,
         shutter: None,
+        readout: None,
         interp: Interp::Smooth,
         name: None,
     }
@@ -207,7 +208,7 @@ fn the_shutter_opens_and_closes_on_the_same_curve_and_stops_at_its_ends() {
         close: 0.25,
     };
     let eyes = |frame| {
-        path.over_shutter(frame, half)
+        path.over_shutter(frame, half.into())
             .expect("inside")
             .map(|state| state.pose.eye().x)
     };
@@ -215,14 +216,14 @@ fn the_shutter_opens_and_closes_on_the_same_curve_and_stops_at_its_ends() {
     assert!(close(eyes(4.0), [4.75, 5.25]));
     assert!(close(eyes(0.0), [1.0, 1.25]));
     assert!(close(eyes(10.0), [10.75, 11.0]));
-    assert!(path.over_shutter(11.0, half).is_err());
+    assert!(path.over_shutter(11.0, half.into()).is_err());
 
     let own = PathKey {
         shutter: Some(Shutter { open: 0.0, close: 0.5 }),
         ..looking(0.0, DVec3::X)
     };
     let path = CameraPath::new(&[own, looking(10.0, DVec3::X * 11.0)]).expect("a path");
-    let [open, shut] = path.over_shutter(4.0, half).expect("inside");
+    let [open, shut] = path.over_shutter(4.0, half.into()).expect("inside");
     assert_eq!((open.frame, shut.frame), (4.0, 4.5));
 }
 
@@ -241,7 +242,7 @@ fn a_picture_never_shows_both_sides_of_a_cut() {
     .expect("a path");
     let wide = Shutter { open: -0.5, close: 1.5 };
     let eyes = |frame| {
-        let states = path.over_shutter(frame, wide).expect("inside");
+        let states = path.over_shutter(frame, wide.into()).expect("inside");
         states.map(|state| state.pose.eye().x)
     };
     assert_eq!(eyes(2.0), [1.5, 2.0]);

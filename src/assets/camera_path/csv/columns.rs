@@ -68,6 +68,7 @@ const NAMES: &[(&str, &str)] = &[
     ("aperture_radius", "apertureradius lens_radius"),
     ("shutter_open", "shutteropen shutter_start"),
     ("shutter_close", "shutterclose shutter_end"),
+    ("readout", "readout_time rolling_shutter"),
     ("shift_x", "shiftx lens_shift_x"),
     ("shift_y", "shifty lens_shift_y"),
     ("interp", "interpolation interp_mode"),

@@ -23,6 +23,7 @@ pub(super) struct Layout {
     pub shift: [Option<usize>; 2],
     pub shutter_open: Option<usize>,
     pub shutter_close: Option<usize>,
+    pub readout: Option<usize>,
     pub interp: Option<usize>,
     pub name: Option<usize>,
 }
@@ -108,6 +109,7 @@ impl Layout {
                 shift: [get("shift_x"), get("shift_y")],
                 shutter_open: get("shutter_open"),
                 shutter_close: get("shutter_close"),
+                readout: get("readout"),
                 interp: get("interp"),
                 name: get("name"),
             }),

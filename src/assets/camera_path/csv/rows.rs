@@ -7,9 +7,10 @@ use glam::{DQuat, DVec3};
 use crate::{
     assets::camera_path::{PathProblem, PathProblems},
     camera::{
-        LensOverrides,
+        LensOverrides, Shutter,
         lens::{Aperture, FieldOfView, Sensor},
-        path::{Interp, MAX_FRAME, Orientation, PathKey, Rotation, Shutter},
+        path::{Interp, MAX_FRAME, Orientation, PathKey, Rotation},
+        shutter::MAX_READOUT,
     },
     value::{UnknownName, one_line, one_of},
 };
@@ -217,6 +218,7 @@ impl<'a> Cells<'a> {
         let orientation = self.orientation(layout.orientation, eye);
         let lens = self.lens(layout);
         let shutter = self.shutter(layout.shutter_open, layout.shutter_close);
+        let readout = layout.readout.and_then(|column| self.readout(column));
         let interp = self.interp(layout.interp);
         let name = self.text(layout.name).map(|(_, name)| name.to_owned());
         Some(PathKey {
@@ -226,6 +228,7 @@ impl<'a> Cells<'a> {
             lens,
             pinhole: None,
             shutter,
+            readout,
             interp,
             name,
         })
@@ -303,6 +306,18 @@ impl<'a> Cells<'a> {
             return None;
         }
         Some(Shutter { open, close })
+    }
+
+    fn readout(&mut self, column: usize) -> Option<f64> {
+        let time = self.number(column)?;
+        if !(0.0..=MAX_READOUT).contains(&time) {
+            self.problem(
+                column,
+                format!("a readout takes from 0 to {MAX_READOUT} frames, not {time}"),
+            );
+            return None;
+        }
+        Some(time)
     }
 
     pub fn interp(&mut self, column: Option<usize>) -> Interp {

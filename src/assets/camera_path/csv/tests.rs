@@ -7,9 +7,8 @@ use super::*;
 use crate::{
     assets::camera_path::CameraPathOptions,
     camera::{
-        LensOverrides, LookAt, Pose, RotationOrder,
+        LensOverrides, LookAt, Pose, RotationOrder, Shutter,
         lens::{Aperture, FieldOfView, Sensor},
-        path::Shutter,
     },
 };
 
@@ -72,9 +71,9 @@ fn delimiters_marks_line_ends_comments_and_spaces_do_not_matter() {
 fn everything_that_a_row_can_say_is_heard() {
     let path = parse(&format!(
         "{HEADER},up_x,up_y,up_z,roll,focal_length,sensor_height,fstop,focus_distance,shutter_open,shutter_close,\
-         shift_x,shift_y,interp,name\n\
-         1,0,0,5,0,0,0,0,1,0,90,50,24,2.8,5,-0.25,0.25,0.1,0.2,hold,\"wide, slow\"\n\
-         10,0,0,9,0,0,0,,,,,,,,,,,,,Linear,\n"
+         shift_x,shift_y,interp,name,readout\n\
+         1,0,0,5,0,0,0,0,1,0,90,50,24,2.8,5,-0.25,0.25,0.1,0.2,hold,\"wide, slow\",0.5\n\
+         10,0,0,9,0,0,0,,,,,,,,,,,,,Linear,,\n"
     ))
     .expect("a path");
     let state = path.at(3.5).expect("inside");
@@ -94,6 +93,7 @@ fn everything_that_a_row_can_say_is_heard() {
         close: 0.25,
     };
     assert_eq!(state.shutter, Some(shutter));
+    assert_eq!(state.readout, Some(0.5));
     assert_eq!(state.name.as_deref(), Some("wide, slow"));
     assert_eq!(state.pose.eye(), DVec3::Z * 5.0);
     assert_eq!(state.pose.up(), DVec3::NEG_X);
@@ -258,6 +258,11 @@ fn cells_are_told_what_is_wrong_with_them() {
             ",shutter_open,shutter_close",
             "1,0,0,5,0,0,0,0.5,0.25",
             "2: shutter_close: 0.25 is before the shutter opens, at 0.5",
+        ),
+        (
+            ",readout",
+            "1,0,0,5,0,0,0,-1",
+            "2: readout: a readout takes from 0 to 100 frames, not -1",
         ),
         (
             ",shutter_open",

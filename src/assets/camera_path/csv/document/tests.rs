@@ -38,6 +38,7 @@ fn key(frame: f64, eye: [f64; 3]) -> PathKey {
         lens: LensOverrides::default(),
         pinhole: None,
         shutter: None,
+        readout: None,
         interp: Interp::default(),
         name: None,
     }
