@@ -39,6 +39,10 @@ pub enum Error {
     PointRadiusOfSceneFile,
     #[error("--ground is that of a model by itself, and a scene file has its own objects")]
     GroundOfSceneFile,
+    #[error("--normalise: only a model by itself is moved; objects of scene files have a `transform`")]
+    NormaliseOfSceneFile,
+    #[error("--normalise: a value moves the model, which would replace its place")]
+    NormaliseMoved,
     #[error("{0}")]
     Invalid(Diagnostics),
     #[error("the scene has no [camera], and no camera path was given: {}", path.display())]
@@ -200,6 +204,8 @@ impl Error {
             | Self::LightUnitsOfSceneFile
             | Self::PointRadiusOfSceneFile
             | Self::GroundOfSceneFile
+            | Self::NormaliseOfSceneFile
+            | Self::NormaliseMoved
             | Self::Pattern(_)
             | Self::OverwritesInput { .. }
             | Self::WithinOutput { .. }

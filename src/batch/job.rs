@@ -68,7 +68,11 @@ impl Job {
                 animation: request.animation.as_ref(),
                 point_radius: request.point_radius,
                 ground: request.ground,
+                normalise: request.normalise,
             };
+            if request.normalise.is_some() && moves_model(request, &tables) {
+                return Err(Error::NormaliseMoved);
+            }
             let (desc, run) = default_scene::describe(path, options, &store).map_err(|error| match error {
                 // Flags made the choice.
                 compile::Error::Assets(errors) if errors.iter().any(AssetError::is_choice) => {
@@ -96,6 +100,9 @@ impl Job {
             }
             if request.ground {
                 return Err(Error::GroundOfSceneFile);
+            }
+            if request.normalise.is_some() {
+                return Err(Error::NormaliseOfSceneFile);
             }
             let read = describe::load(path, &request.overrides, |p| store.files().read(p));
             match read {
@@ -453,6 +460,15 @@ impl Job {
         };
         Ok((plan, summary))
     }
+}
+
+/// Whether overrides or tables move the object of a model by itself.
+fn moves_model(request: &Request, tables: &[ValueFile]) -> bool {
+    let is_place = |keys: &[&str]| matches!(keys, ["object", _, "transform", ..]);
+    let mut paths = request.overrides.paths();
+    let mut columns = tables.iter().flat_map(|file| &file.table.columns);
+    paths.any(|(_, path)| is_place(&path.iter().map(String::as_str).collect::<Vec<_>>()))
+        || columns.any(|column| is_place(&column.name.split('.').collect::<Vec<_>>()))
 }
 
 fn store(request: &Request) -> Store {

@@ -32,7 +32,10 @@ use super::{
 use crate::{
     assets::Files,
     camera::FrameCamera,
-    compile::{self, default_scene::ModelRun},
+    compile::{
+        self,
+        default_scene::{ModelRun, normalise::ModelPlace},
+    },
     describe::{SceneDesc, ValueFile, Values},
     error::Error,
     film::Film,
@@ -92,6 +95,8 @@ pub struct Plan {
     pub values: Option<Arc<Values>>,
     /// Whether models play animations.
     plays: bool,
+    /// The place of a model by itself, if it is moved to have a common size.
+    pub(super) model_place: Option<ModelPlace>,
     /// The run of a model by itself.
     pub(super) run: Option<Arc<ModelRun>>,
     pub picture: PicturePlan,
@@ -204,6 +209,7 @@ impl Plan {
             camera_path: request.camera_path.clone(),
             values,
             plays,
+            model_place: request.normalise.and_then(|_| ModelPlace::of(desc)),
             run,
             picture,
             files,

@@ -3,10 +3,11 @@
 //! Every flag stands under a heading. `-h` shows what most jobs need and fits on one screen; flags that few need have
 //! `hide_short_help` and appear in `--help`.
 
-use std::{num::NonZeroUsize, path::PathBuf, time::Duration};
+use std::{path::PathBuf, time::Duration};
 
 use batch_render::{
-    batch::{FrameRange, PartSpec, Turn, ViewSet},
+    batch::{PartSpec, Turn, ViewSet},
+    compile::default_scene::normalise::Normalise,
     output::DepthUnit,
     shape::mesh::LightUnits,
 };
@@ -64,7 +65,7 @@ pub enum Command {
     /// Validate a scene and every file that it names, and list what it consists of
     Check(Box<CheckArgs>),
     /// Compare acceleration structures on the rays of a scene
-    Bench(BenchArgs),
+    Bench(super::bench_args::BenchArgs),
     /// Join crops of one frame into the file of the whole frame
     Merge {
         /// The file to write, .exr, .npz or .png
@@ -126,51 +127,6 @@ pub struct CheckArgs {
 
     #[command(flatten)]
     pub settings: Settings,
-}
-
-#[derive(Debug, ClapArgs)]
-pub struct BenchArgs {
-    /// The scene file
-    pub scene: PathBuf,
-
-    /// Measure where the time of the whole picture goes, instead of rays alone
-    #[arg(long, conflicts_with_all = ["embree", "report", "builds"])]
-    pub picture: bool,
-
-    /// Camera path of the picture; its first frame is measured unless `--range` names one
-    #[arg(long, value_name = "FILE", requires = "picture")]
-    pub frames: Option<PathBuf>,
-
-    /// The frame to measure, in place of the first
-    #[arg(short, long, value_name = "SPEC", allow_hyphen_values = true, requires = "picture")]
-    pub range: Option<FrameRange>,
-
-    #[command(flatten)]
-    pub settings: Settings,
-
-    /// Shared library of Embree 4, to measure it as well; the Python package embreex has one
-    #[arg(long, value_name = "LIB")]
-    pub embree: Option<PathBuf>,
-
-    /// Write the figures here as JSON
-    #[arg(long, value_name = "FILE")]
-    pub json: Option<PathBuf>,
-
-    /// Write a page with tables and charts into this folder
-    #[arg(long, value_name = "FOLDER")]
-    pub report: Option<PathBuf>,
-
-    /// Threads to measure with [default: one per processor]
-    #[arg(short, long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
-    pub threads: Option<u16>,
-
-    /// Runs of each measurement, of which the median counts
-    #[arg(long, value_name = "N", default_value = "5")]
-    pub repetitions: NonZeroUsize,
-
-    /// Builds of each tree, of which the median counts
-    #[arg(long, value_name = "N", default_value_t = 5, value_parser = clap::value_parser!(u16).range(1..))]
-    pub builds: u16,
 }
 
 /// The arguments of `submit`.
@@ -262,6 +218,13 @@ pub struct RenderArgs {
     /// Put a model by itself on a ground that catches its shadow and shows the background behind
     #[arg(long, hide_short_help = true, help_heading = heading::STAGE)]
     pub ground: bool,
+
+    /// Move and scale a model by itself, so that its bounds fill the unit-sphere (of radius 1) or the unit-cube (with edges of 1)
+    ///
+    /// Its middle is at the origin then. Its own cameras go with it, and its lights shine as bright on it. `transforms.json` tells scale and
+    /// translate: a point p of the model is at scale * p + translate.
+    #[arg(long, value_name = "SHAPE", visible_alias = "normalize", hide_short_help = true, help_heading = heading::STAGE)]
+    pub normalise: Option<Normalise>,
 
     /// Render only these frames: 1-100, 1,3,5-10 or 1-100x2
     ///

@@ -6,7 +6,7 @@ use std::{
     sync::Arc,
 };
 
-use super::{args::BenchArgs, log::LastWarnings, progress::say, threads::threads};
+use super::{bench_args::BenchArgs, log::LastWarnings, progress::say, threads::threads};
 use anyhow::Context;
 use batch_render::{
     accel::BuildOptions,

@@ -4,6 +4,7 @@ mod ahead;
 mod all_scenes;
 mod args;
 mod bench;
+mod bench_args;
 mod choices;
 mod compare;
 mod compare_args;

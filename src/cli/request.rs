@@ -53,6 +53,7 @@ pub fn request(args: &RenderArgs, outlets: &Outlets, simd: Isa) -> Result<Reques
         views: views(args)?,
         frame_to_fit: args.frame_to_fit,
         ground: args.ground,
+        normalise: args.normalise,
         range,
         part,
         policy: Policy {

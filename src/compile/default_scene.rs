@@ -4,12 +4,16 @@
 //! file is written as text and read, so that values of a scene file have their names here as well.
 
 mod camera;
+pub mod normalise;
 
 use std::{path::Path, sync::Arc};
 
 use glam::DVec3;
 
-use self::camera::{StageLens, SuppliedCamera};
+use self::{
+    camera::{StageLens, SuppliedCamera},
+    normalise::{ModelPlace, Normalise},
+};
 use super::{
     Error,
     objects::world_from_object,
@@ -18,7 +22,7 @@ use super::{
 use crate::{
     assets::{
         Store,
-        model::{LightUnits, Model, ModelChoice},
+        model::{LightUnits, Model, ModelCamera, ModelChoice},
         motion::{EditedParts, ModelEdits},
         store::ModelRequest,
     },
@@ -66,6 +70,8 @@ pub struct ModelOptions<'a> {
     pub point_radius: Option<f32>,
     /// Whether it stands on a ground.
     pub ground: bool,
+    /// What its bounds are made to fill.
+    pub normalise: Option<Normalise>,
 }
 
 /// The motion of a model by itself.
@@ -75,6 +81,8 @@ pub struct ModelRun {
     pub end: Option<f64>,
     /// The model with its camera that moves, and the centre of the model.
     camera: Option<(Arc<Model>, usize, DVec3)>,
+    /// The place of the model, if it has been moved.
+    place: Option<ModelPlace>,
     /// What flags say of its lens.
     lens: StageLens,
 }
@@ -89,7 +97,11 @@ impl ModelRun {
     pub fn camera(&self, time: f64, parts: &PartsDesc) -> Option<CameraDesc> {
         let (model, camera, center) = self.camera.as_ref()?;
         let pose = model.pose(&Playback::default(), &placed::edits(parts, model), time)?;
-        Some(camera::own(&pose.cameras[*camera], *center)?.with(self.lens).desc())
+        Some(
+            own_camera(&pose.cameras[*camera], self.place, *center)?
+                .with(self.lens)
+                .desc(),
+        )
     }
 }
 
@@ -101,6 +113,8 @@ struct SuppliedScene<'a> {
     has_object: bool,
     /// The bounds of the model in all its poses; the origin before they are known, so that the ground has its names.
     bounds: DAabb,
+    /// The place of the model, once it is moved.
+    place: Option<ModelPlace>,
 }
 
 impl SuppliedScene<'_> {
@@ -144,6 +158,10 @@ impl SuppliedScene<'_> {
         if let Some(radius) = self.options.point_radius {
             key("radius", format!("{:?}", f64::from(radius)));
         }
+        if let Some(place) = &self.place {
+            key("light_factor", format!("{:?}", place.light_factor()));
+            text += &format!("[object.transform]\n{}", place.toml());
+        }
         if self.options.ground && self.bounds.is_finite() {
             text += &ground(&self.bounds);
         }
@@ -174,6 +192,12 @@ impl SuppliedScene<'_> {
         let source = Source::of_model(self.path.to_owned(), self.text(camera));
         describe::parse(source.with(self.options.overrides.clone())).map_err(Error::Invalid)
     }
+}
+
+/// A camera of a model at this place, whose centre is `center`; `None` if it is degenerate.
+fn own_camera(camera: &ModelCamera, place: Option<ModelPlace>, center: DVec3) -> Option<SuppliedCamera> {
+    let placed = place.map(|place| place.camera(camera));
+    camera::own(placed.as_ref().unwrap_or(camera), center)
 }
 
 /// The ground below a model with these bounds: a shadow catcher, which hides nothing of the background and has no rim.
@@ -248,6 +272,7 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
             min: DVec3::ZERO,
             max: DVec3::ZERO,
         },
+        place: None,
     };
     // The names of values tell which parts of the model are loaded so that they may change.
     let unit = camera::framing(&DAabb::EMPTY, 1.0, None);
@@ -299,7 +324,17 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
         values: None,
         fps: options.fps,
     };
-    let bounds = shown.bounds();
+    let at_rest = shown.bounds();
+    // A table may move parts of the model; what is wrong with it is told by the plan.
+    let values = (!options.tables.is_empty()).then(|| Values::new(&desc, options.tables).ok());
+    let shown = Shown {
+        values: values.as_ref().and_then(Option::as_ref),
+        ..shown
+    };
+    let whole = options.normalise.map(|shape| (shape, shown.bounds()));
+    let place = whole.and_then(|(shape, bounds)| ModelPlace::new(shape, &bounds));
+    let placed = |bounds: DAabb| place.map_or(bounds, |place| place.bounds(&bounds));
+    let bounds = placed(at_rest);
     let center = center(&bounds);
     let chosen = camera::chosen(&model.cameras, options.camera, path, store.warnings())?;
     let parts = desc.objects.first().map(|object| &object.parts);
@@ -308,7 +343,7 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
         Some(pose) => pose.cameras,
         None => model.cameras.clone(),
     };
-    let own = chosen.and_then(|chosen| camera::own(&cameras[chosen], center));
+    let own = chosen.and_then(|chosen| own_camera(&cameras[chosen], place, center));
     let given = |(_, path): (&str, &[String])| {
         path[0] == "camera" && path.get(1).is_none_or(|key| !Timing::KEYS.contains(&key.as_str()))
     };
@@ -318,22 +353,16 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
     let run = model.motion.as_ref().map(|motion| ModelRun {
         end: (!motion.clips.is_empty()).then(|| motion.end().into()),
         camera: moving.map(|camera| (Arc::clone(&model), camera, center)),
+        place,
         lens,
     });
     let bounds = match options.tables.is_empty() || own.is_some() && !options.ground {
         true => bounds,
-        false => {
-            // A table may move the model; what is wrong with it is told by the plan.
-            let values = Values::new(&desc, options.tables).ok();
-            let shown = Shown {
-                values: values.as_ref(),
-                ..shown
-            };
-            shown.bounds()
-        }
+        // A table may move the model as well.
+        false => placed(shown.bounds()),
     };
     let camera = own.unwrap_or_else(|| camera::framing(&bounds, aspect, lens.focal_length));
-    supplied.bounds = bounds;
+    (supplied.bounds, supplied.place) = (bounds, place);
     Ok((supplied.desc(&camera)?, run))
 }
 

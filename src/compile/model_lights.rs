@@ -12,15 +12,29 @@ fn unspanned<T>(value: T) -> Spanned<T> {
     Spanned::new(0..0, value)
 }
 
-/// The light of a model at `place` in the world, a ball of this radius unless it is a sun; `None` where it does not shine.
-pub(super) fn describe(light: &ModelLight, place: DAffine3, radius: Option<NonNegative>) -> Option<LightDesc> {
-    if light.strength.is_black() {
+/// What an object says of the point lights and spots of its model.
+#[derive(Clone, Copy, Debug)]
+pub(super) struct LampOptions {
+    /// In m.
+    pub radius: Option<NonNegative>,
+    /// The factor of their intensities.
+    pub factor: f32,
+}
+
+/// The light of a model at `place` in the world, with these options unless it is a sun; `None` where it does not shine.
+pub(super) fn describe(light: &ModelLight, place: DAffine3, lamps: LampOptions) -> Option<LightDesc> {
+    let position = unspanned(Point::new(place.translation));
+    let radius = lamps.radius.map(unspanned);
+    let direction = (-place.matrix3.z_axis).try_normalize().map(|d| Direction(d.as_vec3()));
+    let factor = match light.kind {
+        ModelLightKind::Sun => 1.0,
+        ModelLightKind::Point | ModelLightKind::Spot { .. } => lamps.factor,
+    };
+    let strength = light.strength * factor;
+    if strength.is_black() {
         return None;
     }
-    let position = unspanned(Point::new(place.translation));
-    let radius = radius.map(unspanned);
-    let direction = (-place.matrix3.z_axis).try_normalize().map(|d| Direction(d.as_vec3()));
-    let strength = RgbFactor(light.strength);
+    let strength = RgbFactor(strength);
     Some(match light.kind {
         ModelLightKind::Point => LightDesc::Point(PointDesc {
             radius,

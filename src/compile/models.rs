@@ -303,7 +303,7 @@ impl ModelPlacer<'_> {
         let own = model.lights.iter().enumerate();
         for (number, light) in own.filter(|(number, _)| placed.nodes.has_light(model, *number)) {
             let place = world_from_scene * placed.place.of(&light.model_from_light);
-            let Some(desc) = model_lights::describe(light, place, placed.light_radius) else {
+            let Some(desc) = model_lights::describe(light, place, placed.lamps) else {
                 continue;
             };
             let light = desc

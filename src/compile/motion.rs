@@ -256,7 +256,7 @@ impl SceneMotion {
                     |(object, own, _): &&(ObjectId, usize, LightId)| (*object, *own) == (posed.placed.object, number);
                 let place = world_from_scene * posed.placed.place.of(&light.model_from_light);
                 let kept = self.movables.lights.iter().find(is_it);
-                match (kept, model_lights::describe(light, place, posed.placed.light_radius)) {
+                match (kept, model_lights::describe(light, place, posed.placed.lamps)) {
                     (Some((.., id)), Some(desc_of_light)) => {
                         let mut light = desc_of_light.compile(&LightFind::nothing(scene.origin)).ok()?;
                         light.convert_colors(desc.render.working_space);

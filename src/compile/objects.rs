@@ -3,6 +3,7 @@
 use super::{
     compiler::{Compiler, undefined},
     materials::MaterialNames,
+    model_lights::LampOptions,
     place::ObjectPlace,
     placed::{NO_PARTS, PlacedModel},
     selection::{SelectedNodes, Selection},
@@ -75,7 +76,10 @@ impl Compiler<'_> {
                     moved: self.options.moved.contains(&i),
                     light_group: object.group.as_ref().map(|g| g.as_str().to_owned()),
                     point_radius: mesh.radius.map(|r| r.0),
-                    light_radius: mesh.light_radius,
+                    lamps: LampOptions {
+                        radius: mesh.light_radius,
+                        factor: mesh.light_factor.map_or(1.0, |factor| factor.0),
+                    },
                 });
                 continue;
             }

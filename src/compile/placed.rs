@@ -3,6 +3,7 @@
 use std::{collections::HashMap, path::PathBuf, sync::Arc};
 
 use super::{
+    model_lights::LampOptions,
     place::ObjectPlace,
     selection::{SelectedNodes, Selection},
 };
@@ -18,7 +19,7 @@ use crate::{
     math::{DAabb, DAffine3, Transform},
     scene::{MeshId, ObjectFromGroup, ObjectId},
     shape::mesh::{Playback, Repeat},
-    value::{NonNegative, Problem, Span, Spanned, UnknownName, matches_wildcards},
+    value::{Problem, Span, Spanned, UnknownName, matches_wildcards},
 };
 
 /// An object whose geometry is in a file.
@@ -54,8 +55,8 @@ pub(super) struct PlacedModel {
     pub light_group: Option<String>,
     /// Overrides the radius of its points, in m.
     pub point_radius: Option<f32>,
-    /// The radius of its point lights and spots, in m.
-    pub light_radius: Option<NonNegative>,
+    /// What the object says of its point lights and spots.
+    pub lamps: LampOptions,
 }
 
 impl PlacedModel {

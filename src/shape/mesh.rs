@@ -8,6 +8,7 @@
 //! | `lights` | `true` or `false`: whether the lights of a glTF file shine | | `false`, with a warning |
 //! | `light_units` | unit of these lights: `"auto"`, `"photometric"` or `"unitless"` | | `"auto"` |
 //! | `light_radius` | radius of its point lights and spots, at least 0; files do not say it, and soft shadows need it | m | 0 |
+//! | `light_factor` | number of at least 0, which multiplies the intensities of its point lights and spots: the square of a scale keeps the light of a model that `transform` scales | | 1 |
 //! | `animation` | name of an animation of a glTF file, a list of names, or `"all"`: those that are played | | none, with a warning |
 //! | `start` | number: the time at which they begin | s | 0 |
 //! | `speed` | number: seconds of the animation in a second; below 0 they run backwards from their last key | | 1 |
@@ -162,6 +163,8 @@ pub struct MeshDesc {
     pub light_units: LightUnits,
     /// The radius of its point lights and spots.
     pub light_radius: Option<NonNegative>,
+    /// The factor of their intensities.
+    pub light_factor: Option<NonNegative>,
     /// The animations that are played; without it none are, and a warning says so.
     pub animation: Option<AnimationChoice>,
     pub start: Option<Precise>,

@@ -10,6 +10,7 @@ use crate::{
         products::metadata::Sidecar,
     },
     camera::{Pose, RotationOrder},
+    compile::default_scene::normalise::Normalise,
     describe::Overrides,
     output::{
         DepthUnit, Format,
@@ -67,6 +68,8 @@ pub struct Request {
     pub frame_to_fit: bool,
     /// Whether a model that is the scene stands on a ground.
     pub ground: bool,
+    /// What the bounds of a model by itself are made to fill.
+    pub normalise: Option<Normalise>,
     pub range: Option<FrameRange>,
     /// The share of these frames that this job renders.
     pub part: Option<JobPart>,

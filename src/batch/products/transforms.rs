@@ -12,6 +12,7 @@ use crate::{
         resume::fingerprint::{FINGERPRINT, SCENE},
     },
     camera::{CalibratedView, ViewDistortion},
+    compile::default_scene::normalise::ModelPlace,
     error::Error,
     film::Window,
     output::Value,
@@ -47,6 +48,9 @@ fn is_of_job(plan: &Plan, inputs: InputHash, frame: &PlannedFrame) -> bool {
 pub(super) struct Transforms {
     conventions: Cow<'static, str>,
     pub camera_model: Cow<'static, str>,
+    /// The place of a model by itself that was moved to have a common size.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    model_place: Option<ModelPlace>,
     pub w: u32,
     pub h: u32,
     pub frames: Vec<Frame>,
@@ -139,6 +143,7 @@ impl Transforms {
                           lengths of intrinsics are in pixels, and pixel centres are at .5; cameras are those at which shutters open"
                 .into(),
             camera_model: model.into(),
+            model_place: plan.model_place,
             w: window.width(),
             h: window.height(),
             frames: frames.collect::<Result<_, Error>>()?,
@@ -156,7 +161,7 @@ impl Transforms {
 
     /// Adds the frames of other jobs of the same sequence, in rising order. Frames of this job replace theirs.
     pub fn join(&mut self, others: Self, plan: &Plan, path: &Path) {
-        let head = |t: &Self| (t.conventions.clone(), t.camera_model.clone(), t.w, t.h);
+        let head = |t: &Self| (t.conventions.clone(), t.camera_model.clone(), t.model_place, t.w, t.h);
         if head(self) != head(&others) {
             let (frames, path) = (others.frames.len(), path.display());
             let text = format!(
