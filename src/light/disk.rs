@@ -9,10 +9,10 @@
 //! | `power` | number or `[r, g, b]`, of all its light | W | this, `radiance` or `ies` |
 //! | `radiance` | number or `[r, g, b]` | W m^-2 sr^-1 | this, `power` or `ies` |
 //! | `temperature` | of a black body, which colours the light and keeps its luminance, from 500 to 100000 | K | white |
-//! | `exposure` | number of stops: the light is `2^exposure` times as strong | | 0 |
+//! | `exposure` | number of stops from -100 to 100: the light is `2^exposure` times as strong | | 0 |
 //! | `ies` | path of an IES file, relative to the scene file: the intensity in each direction, as seen from afar | cd | none |
 //! | `up` | the direction of the top of its texture, and in which the horizontal angle 0 of `ies` lies | | `[0, 1, 0]`; for a lamp that faces up or down `[0, 0, -1]` |
-//! | `spread` | how far the light spreads from the normal, from 0 to 1: up to `spread` times 90 degrees | | 1 |
+//! | `spread` | how far the light spreads from the normal, from 0, a parallel beam, to 1: up to `spread` times 90 degrees | | 1 |
 //! | `texture` | `"texture.NAME"`: the picture that the surface shows, a factor of its `radiance`; with `power` or `ies` the light of all the picture is that of these | | none |
 //! | `two_sided` | whether both sides emit | | `false` |
 //! | `camera` | whether the camera sees the light | | `false` |
@@ -73,7 +73,7 @@ impl DiskDesc {
         let screen = Screen::new(self.position.get_ref().0, half, axis, Outline::Ellipse, find.origin);
         let outlet = Outlet {
             sidedness: self.sidedness(),
-            spread: self.spread.as_ref(),
+            spread: self.spread.as_ref().map(|spread| (spread, screen)),
             beam: Some(&|scale| Beam::new(&self.ies, (axis, self.up), scale, find)),
             picture: Picture::new(&self.texture, screen, find)?,
         };

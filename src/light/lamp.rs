@@ -9,7 +9,9 @@ use super::{
     AreaBlock, LightBounds, LightKind, LightSample, LightTables, OrientationCone, PictureMap, Sidedness,
     area::{self, AreaSample},
     beam::{Beam, BeamScale},
-    picture::Picture,
+    focus::Focus,
+    is_facing,
+    picture::{Picture, Screen},
 };
 use crate::{
     math::{Ray, Rgb, Vec2, Vec3, WorkingSpace},
@@ -71,8 +73,8 @@ const MIN_BEAM_COS: f32 = 0.01;
 /// The sides of a surface that emit, their directions and the picture that they show.
 pub(super) struct Outlet<'a> {
     pub sidedness: Sidedness,
-    /// The concentration about the normal.
-    pub spread: Option<&'a Spanned<UnitInterval>>,
+    /// The concentration about the normal of a surface that fills a rectangle.
+    pub spread: Option<(&'a Spanned<UnitInterval>, Screen)>,
     /// The distribution of a file, by its scale.
     pub beam: Option<&'a dyn Fn(BeamScale) -> Result<Option<Beam>, Problem>>,
     /// The picture that it shows.
@@ -103,8 +105,11 @@ impl Glow<'_> {
     /// The lamp of this surface.
     ///
     /// # Errors
-    /// The light has no strength or two, or its temperature is out of range.
+    /// The light has no strength or two, it is too small, or its temperature is out of range.
     pub fn lamp(self, shape: Shape, outlet: &Outlet<'_>) -> Result<Lamp, Problem> {
+        if shape.area() < f32::MIN_POSITIVE {
+            return Err(without_area(self.span));
+        }
         let factor = super::temperature::factor(self.temperature, self.exposure)?;
         let sidedness = outlet.sidedness;
         let (scale, sides) = match (self.power, sidedness) {
@@ -124,14 +129,16 @@ impl Glow<'_> {
             (None, None) => return Err(Problem::at(self.span, "give its strength by `power` or by `radiance`")),
             (Some(_), Some(_)) => return Err(Problem::at(self.span, "`power` and `radiance` are both given")),
         };
-        if let Some(spread) = outlet.spread.filter(|_| beam.is_some()) {
+        if let Some((spread, _)) = outlet.spread.filter(|_| beam.is_some()) {
             return Err(Problem::at(spread.span(), "`spread` and `ies` are both given"));
         }
         Ok(Lamp {
             shape,
             radiance: radiance * factor,
             sidedness,
-            focus: outlet.spread.and_then(|spread| Focus::new(spread.get_ref().0)),
+            focus: outlet
+                .spread
+                .and_then(|(spread, screen)| Focus::new(spread.get_ref().0, screen)),
             picture: outlet.picture.map(|picture| Picture {
                 keeps_power: self.power.is_some() || beam.is_some(),
                 ..picture
@@ -142,39 +149,10 @@ impl Glow<'_> {
     }
 }
 
-/// How the light of a flat surface is concentrated about its normal: the grid of a soft box, whose cells hide more of the surface the
-/// more aslant it is seen. The power does not depend on it.
-#[derive(Clone, Copy, Debug)]
-struct Focus {
-    /// The tangent of the largest angle from the normal.
-    tan: f32,
-    /// The factor that keeps the power.
-    scale: f32,
-}
-
-impl Focus {
-    /// `None` for a spread of 1, which concentrates nothing.
-    fn new(spread: f32) -> Option<Self> {
-        let h = f64::from(spread.max(1e-4) * FRAC_PI_2);
-        let tan = libm::tan(h);
-        // The power is 2 pi times the integral of (tan h - tan a) cos a sin a over the angle a: pi (tan h - h).
-        let rest = if h < 0.02 {
-            h * h * h * (1.0 / 3.0 + h * h * 2.0 / 15.0)
-        } else {
-            tan - h
-        };
-        (spread < 1.0).then(|| Self {
-            tan: tan as f32,
-            scale: (1.0 / rest) as f32,
-        })
-    }
-
-    /// The radiance, in parts of that of an unfocused surface, at this cosine from the normal.
-    #[inline]
-    fn factor(&self, cos: f32) -> f32 {
-        let tan = (1.0 - cos * cos).max(0.0).sqrt() / cos;
-        (self.tan - tan).max(0.0) * self.scale
-    }
+/// The problem of a light whose surface is too small, described at `span`.
+pub(super) fn without_area(span: Span) -> Problem {
+    let problem = Problem::at(span, "the light has no area: it is too small for its place");
+    problem.with_help("make it larger, or write a light of the kind `point`")
 }
 
 /// A light with a surface, which emits alike everywhere unless it shows a picture.
@@ -204,7 +182,7 @@ impl Lamp {
         }
         match (&self.focus, &self.beam) {
             (None, None) => self.radiance,
-            (Some(focus), _) => self.radiance * focus.factor(cos),
+            (Some(focus), _) => self.radiance * focus.factor(w),
             // Seen from afar the surface has the intensity of the beam.
             (None, Some(beam)) => self.radiance * (beam.intensity(tables, w) / cos.max(MIN_BEAM_COS)),
         }
@@ -226,19 +204,43 @@ impl Lamp {
     /// Samples a point of the surface as it is seen from `from`.
     #[inline]
     fn sample_point(&self, tables: &LightTables<'_>, from: Vec3, u: Vec2) -> Option<AreaSample> {
-        let of_picture = self
-            .shown(tables)
-            .and_then(|(picture, map)| picture.sample(map, from, u));
-        of_picture.unwrap_or_else(|| area::sample_shape(&self.shape, None, from, u).map(|(point, _)| point))
+        let of_focus = self.focus.as_ref().and_then(|focus| focus.sample(from, u));
+        let of_picture = || {
+            self.shown(tables)
+                .and_then(|(picture, map)| picture.sample(map, from, u))
+        };
+        let chosen = of_focus.or_else(of_picture);
+        chosen.unwrap_or_else(|| area::sample_shape(&self.shape, None, from, u).map(|(point, _)| point))
+    }
+
+    /// The point of the surface whose parallel beam meets `from`.
+    fn foot(&self, focus: &Focus, from: Vec3) -> Option<AreaSample> {
+        let shines = |point: &AreaSample| self.sidedness == Sidedness::Both || point.front_cos(from) > 0.0;
+        focus.foot(from).filter(shines)
+    }
+
+    /// The light of a parallel beam.
+    fn sample_beam(&self, tables: &LightTables<'_>, focus: &Focus, from: Vec3) -> Option<LightSample> {
+        let point = self.foot(focus, from)?;
+        // All light of a square metre goes through a square metre.
+        let irradiance = self.radiance * PI;
+        let tint = self.tint(tables, point.p);
+        let li = tint.map_or(irradiance, |tint| irradiance * tint);
+        let sample = point.light(from, li).filter(|_| !li.is_black())?;
+        Some(LightSample { pdf: None, ..sample })
+    }
+
+    /// The focus of a parallel beam, if it has one.
+    #[inline]
+    fn parallel(&self) -> Option<&Focus> {
+        self.focus.as_ref().filter(|focus| focus.is_parallel())
     }
 
     /// The directions of the light, and the largest intensity there, of a flat surface.
     fn flat_bounds(&self, tables: &LightTables<'_>, normal: Vec3) -> (OrientationCone, f32) {
         let flat = OrientationCone::flat(normal, self.sidedness);
         let Some(beam) = &self.beam else {
-            let widest = self
-                .focus
-                .map_or(0.0, |focus| 1.0 / (1.0 + focus.tan * focus.tan).sqrt());
+            let widest = self.focus.map_or(0.0, |focus| focus.widest());
             let directions = OrientationCone { cos_e: widest, ..flat };
             return (directions, self.towards(tables, 1.0, normal).mean() * self.shape.area());
         };
@@ -256,6 +258,9 @@ impl Lamp {
 impl LightKind for Lamp {
     #[inline]
     fn sample(&self, tables: &LightTables<'_>, from: Vec3, u: Vec2) -> Option<LightSample> {
+        if let Some(focus) = self.parallel() {
+            return self.sample_beam(tables, focus, from);
+        }
         let point = self.sample_point(tables, from, u)?;
         sample_surface(&point, from, self.sight, |cos, wi| {
             let radiance = self.towards(tables, cos, -wi);
@@ -267,6 +272,9 @@ impl LightKind for Lamp {
     }
 
     fn bounds(&self, tables: &LightTables<'_>) -> Option<LightBounds> {
+        if self.parallel().is_some() {
+            return None;
+        }
         let bounds = self.shape.bounds();
         let Some(normal) = self.shape.flat_normal() else {
             // The mean projected area of a convex body is a quarter of its surface (Cauchy).
@@ -287,8 +295,11 @@ impl LightKind for Lamp {
         })
     }
 
-    fn reaches(&self, _p: Vec3, _n: Vec3) -> bool {
-        true
+    fn reaches(&self, p: Vec3, n: Vec3) -> bool {
+        self.parallel().is_none_or(|focus| {
+            let point = self.foot(focus, p);
+            point.is_some_and(|point| is_facing(n, point.p - p))
+        })
     }
 
     fn strength(&self) -> (Rgb, &'static str) {
@@ -300,22 +311,24 @@ impl LightKind for Lamp {
     }
 
     fn has_size(&self) -> bool {
-        true
+        self.parallel().is_none()
     }
 
     fn surface(&self) -> Option<(Shape, Sight)> {
-        Some((self.shape, self.sight))
+        self.has_size().then_some((self.shape, self.sight))
     }
 
     #[inline]
     fn seen(&self, tables: &LightTables<'_>, from: Vec3, w: Vec3, hit: &ShapeHit) -> (Rgb, f32) {
         let (radiance, pdf) = see_surface(&self.shape, from, w, hit, |cos| self.towards(tables, cos, -w));
-        let Some((picture, map)) = self.shown(tables) else {
-            return (radiance, pdf);
-        };
         let p = from + w * hit.t;
+        let of_focus = self.focus.as_ref().and_then(|focus| focus.pdf(from, p));
+        let Some((picture, map)) = self.shown(tables) else {
+            return (radiance, of_focus.unwrap_or(pdf));
+        };
         let tint = picture.factor(&tables.textures, map, p);
-        (radiance * tint, picture.pdf(map, from, p).unwrap_or(pdf))
+        let chosen = of_focus.or_else(|| picture.pdf(map, from, p));
+        (radiance * tint, chosen.unwrap_or(pdf))
     }
 
     fn picture(&self) -> Option<&Picture> {

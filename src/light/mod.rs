@@ -23,6 +23,7 @@ pub mod bounds;
 pub mod disk;
 pub mod environment;
 mod find;
+mod focus;
 pub mod gradient;
 pub mod lamp;
 mod light_block;

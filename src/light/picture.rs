@@ -108,13 +108,13 @@ struct SeenBlocks {
 impl Screen {
     /// The coordinates of a point of its plane.
     #[inline]
-    fn st(&self, p: Vec3) -> Vec2 {
+    pub fn st(&self, p: Vec3) -> Vec2 {
         let from_corner = p - self.corner;
         Vec2::from_array(self.sides.map(|side| from_corner.dot(side) / side.length_squared()))
     }
 
     #[inline]
-    fn point(&self, st: Vec2) -> Vec3 {
+    pub fn point(&self, st: Vec2) -> Vec3 {
         self.corner + self.sides[0] * st.x + self.sides[1] * st.y
     }
 
@@ -138,7 +138,7 @@ impl Screen {
         self.sides[0].cross(self.sides[1]).length()
     }
 
-    fn contains(&self, st: Vec2) -> bool {
+    pub fn contains(&self, st: Vec2) -> bool {
         match self.outline {
             Outline::Rectangle => true,
             Outline::Ellipse => (st - 0.5).length_squared() <= 0.25,

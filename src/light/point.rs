@@ -10,7 +10,7 @@
 //! | `direction` | with `ies`, the direction that the lamp faces, `[x, y, z]` | | `[0, -1, 0]` |
 //! | `up` | with `ies`, the direction in which its horizontal angle 0 lies | | `[0, 1, 0]`; for a lamp that faces up or down `[0, 0, -1]` |
 //! | `temperature` | of a black body, which colours the light and keeps its luminance, from 500 to 100000 | K | white |
-//! | `exposure` | number of stops: the light is `2^exposure` times as strong | | 0 |
+//! | `exposure` | number of stops from -100 to 100: the light is `2^exposure` times as strong | | 0 |
 //! | `radius` | of the ball, at least 0 | m | 0 |
 //! | `camera` | whether the camera sees the ball | | `false` |
 //! | `reflections` | whether mirrors and other surfaces reflect its picture | | `true` |
@@ -129,7 +129,8 @@ impl PointDesc {
             reflections: self.reflections.unwrap_or(true),
         };
         let ball = match &self.radius {
-            Some(radius) if radius.get_ref().0 > 0.0 => {
+            // A ball without area is a point.
+            Some(radius) if radius.get_ref().0 * radius.get_ref().0 >= f32::MIN_POSITIVE => {
                 if self.falloff == Falloff::None {
                     return Err(Problem::at(radius.span(), "a light without falloff has no `radius`"));
                 }

@@ -10,9 +10,9 @@
 //! | `power` | number or `[r, g, b]`, of all its light | W | this, `radiance` or `ies` |
 //! | `radiance` | number or `[r, g, b]` | W m^-2 sr^-1 | this, `power` or `ies` |
 //! | `temperature` | of a black body, which colours the light and keeps its luminance, from 500 to 100000 | K | white |
-//! | `exposure` | number of stops: the light is `2^exposure` times as strong | | 0 |
+//! | `exposure` | number of stops from -100 to 100: the light is `2^exposure` times as strong | | 0 |
 //! | `ies` | path of an IES file, relative to the scene file: the intensity in each direction, as seen from afar, see below | cd | none |
-//! | `spread` | how far the light spreads from the normal, from 0 to 1: up to `spread` times 90 degrees | | 1 |
+//! | `spread` | how far the light spreads from the normal, from 0, a parallel beam, to 1: up to `spread` times 90 degrees | | 1 |
 //! | `texture` | `"texture.NAME"`: the picture that the surface shows, a factor of its `radiance`; with `power` or `ies` the light of all the picture is that of these | | none |
 //! | `two_sided` | whether both sides emit | | `false` |
 //! | `camera` | whether the camera sees the light | | `false` |
@@ -27,8 +27,12 @@
 //! of Blender, whose area lights of as many watts give the same picture. A picture that the camera sees of a light is added to what is
 //! behind it, and leaves alpha as it is: PNG files show it only before a background that is visible.
 //!
-//! With a `spread` below 1 the light is concentrated as the grid of a soft box does, and its power stays the same. With
-//! `reflections = false` only light sampling finds the light: mirrors and clear glass do not show it, and rough surfaces have more noise.
+//! With a `spread` below 1 the light is concentrated as the grid of a soft box does, and its power stays the same. With a `spread` of 0, or
+//! below 0.0001, all light goes along the normal: a beam as wide as the light, whose irradiance does not fall with the distance. Neither
+//! the camera nor reflections see the surface of such a light.
+//!
+//! With `reflections = false` only light sampling finds the light: mirrors and clear glass do not show it, and rough surfaces have more
+//! noise.
 //!
 //! A `texture` is the picture of a screen or a window: the camera, reflections and light sampling see it alike. It is upright as seen from
 //! where the light shines, and fills the rectangle; a disk shows the part within the circle that touches its sides. Bright parts of a dark
@@ -53,7 +57,7 @@
 use super::{
     IesFile, LightFind, Sidedness, aim,
     beam::Beam,
-    lamp::{Lamp, Outlet, lamp_desc},
+    lamp::{Lamp, Outlet, lamp_desc, without_area},
     picture::{Outline, Picture, Screen},
 };
 use crate::{
@@ -67,7 +71,7 @@ lamp_desc! {
         pub target: Option<Spanned<Point>>,
         pub direction: Option<Spanned<Direction>>,
         pub up: Option<Direction>,
-        pub size: List<Positive, 2>,
+        pub size: Spanned<List<Positive, 2>>,
         pub spread: Option<Spanned<UnitInterval>>,
         pub texture: Option<Spanned<ColorSource>>,
         pub ies: Option<Spanned<String>>,
@@ -89,21 +93,23 @@ impl RectDesc {
     pub fn compile(&self, find: &LightFind<'_>) -> Result<Lamp, Problem> {
         let axis = aim::axis("rect", &self.position, &self.target, &self.direction)?;
         let [right, up] = aim::across(axis, self.up);
-        let [right, up] = [
-            right * f64::from(self.size.0[0].0 * 0.5),
-            up * f64::from(self.size.0[1].0 * 0.5),
-        ];
+        let List([width, height]) = *self.size.get_ref();
+        let [right, up] = [right * f64::from(width.0 * 0.5), up * f64::from(height.0 * 0.5)];
         let center = self.position.get_ref().0;
         // Wound about the axis.
         let corners = [-right - up, up - right, right + up, right - up].map(|d| Point::new(center + d));
         let quad = QuadDesc {
             corners: Spanned::new(self.position.span(), List(corners)),
         };
-        let shape = quad.compile(find.origin)?.into();
+        // Corners that are this close are one point.
+        let shape = quad
+            .compile(find.origin)
+            .map_err(|_| without_area(self.size.span()))?
+            .into();
         let screen = Screen::new(center, [right, up], axis, Outline::Rectangle, find.origin);
         let outlet = Outlet {
             sidedness: self.sidedness(),
-            spread: self.spread.as_ref(),
+            spread: self.spread.as_ref().map(|spread| (spread, screen)),
             beam: Some(&|scale| Beam::new(&self.ies, (axis, self.up), scale, find)),
             picture: Picture::new(&self.texture, screen, find)?,
         };

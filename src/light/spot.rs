@@ -12,7 +12,7 @@
 //! | `ies` | path of an IES file, relative to the scene file: the intensity in each direction | cd | none |
 //! | `up` | with `ies`, the direction in which its horizontal angle 0 lies | | `[0, 1, 0]`; for a lamp that faces up or down `[0, 0, -1]` |
 //! | `temperature` | of a black body, which colours the light and keeps its luminance, from 500 to 100000 | K | white |
-//! | `exposure` | number of stops: the light is `2^exposure` times as strong | | 0 |
+//! | `exposure` | number of stops from -100 to 100: the light is `2^exposure` times as strong | | 0 |
 //! | `radius` | of the ball that shines, at least 0 | m | 0 |
 //! | `camera` | whether the camera sees the ball | | `false` |
 //! | `reflections` | whether mirrors and other surfaces reflect its picture | | `true` |

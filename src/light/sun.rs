@@ -5,7 +5,7 @@
 //! | `direction` | direction in which the light travels, `[x, y, z]` | | required |
 //! | `irradiance` | number or `[r, g, b]`, on a surface that faces the sun | W m^-2 | required |
 //! | `temperature` | of a black body, which colours the light and keeps its luminance, from 500 to 100000 | K | white |
-//! | `exposure` | number of stops: the light is `2^exposure` times as strong | | 0 |
+//! | `exposure` | number of stops from -100 to 100: the light is `2^exposure` times as strong | | 0 |
 //! | `angle` | diameter of the sun's disk, from 0 to 90; the real sun has 0.53 | degrees | 0 |
 //! | `limb_darkening` | whether the disk is darker at its rim, as that of the real sun | | `false` |
 //! | `camera` | whether the camera sees the disk before a visible background, with the `path` integrator | | `false` |

@@ -27,7 +27,7 @@ pub mod mesh;
 mod numeric;
 pub mod plane;
 pub mod quad;
-mod rectangle;
+pub mod rectangle;
 mod round;
 mod sample_block;
 mod sampled;

@@ -22,7 +22,7 @@ const MAX_SPREAD: f64 = 4.0;
 
 /// A rectangle that is seen from many points.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Rectangle {
+pub struct Rectangle {
     pub corner: DVec3,
     /// Perpendicular to each other.
     pub edges: [DVec3; 2],
@@ -33,7 +33,7 @@ pub(super) struct Rectangle {
 
 /// A rectangle as seen from a point.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct SeenRectangle {
+pub struct SeenRectangle {
     rectangle: Rectangle,
     from: DVec3,
     spherical: Option<Spherical>,
