@@ -4,6 +4,7 @@
 //! [`Diagnostics`], which point into the file.
 
 mod cell_faults;
+mod deserialize;
 mod diagnostics;
 mod entity;
 mod foreign;

@@ -3,10 +3,12 @@
 use std::{collections::HashSet, io, path::Path};
 
 use serde::Deserialize;
-use toml::de::{DeTable, DeValue, ValueDeserializer};
+use toml::de::{DeTable, DeValue};
 
 use super::{
-    Diagnostics, OutputDesc, Overrides, RenderDesc, SceneDesc, Source, foreign,
+    Diagnostics, OutputDesc, Overrides, RenderDesc, SceneDesc, Source,
+    deserialize::{FileValue, ReadError},
+    foreign,
     kind_tables::{self, KindTable, VALUES},
     scene::*,
     wording::in_words_of_the_file,
@@ -257,8 +259,8 @@ impl Reader<'_> {
 
     /// Parses a table.
     pub fn entity<'i, T: Deserialize<'i>>(&mut self, value: Value<'i>) -> Option<T> {
-        T::deserialize(ValueDeserializer::from(value))
-            .map_err(|e| self.problems.push(from_toml(&e, self.overrides)))
+        T::deserialize(FileValue(value))
+            .map_err(|e| self.problems.push(problem_of(e, self.overrides)))
             .ok()
     }
 
@@ -305,8 +307,8 @@ impl Reader<'_> {
             self.problems.push(problem);
             return None;
         }
-        kind_or_name(ValueDeserializer::from(value))
-            .map_err(|e| self.problems.push(from_toml(&e, self.overrides)))
+        kind_or_name(FileValue(value))
+            .map_err(|e| self.problems.push(problem_of(e, self.overrides)))
             .ok()
     }
 
@@ -455,11 +457,12 @@ fn syntax_problem(e: &toml::de::Error, text: &str) -> Problem {
 }
 
 /// Converts an error of serde, with the usual wording for unknown names.
-fn from_toml(e: &toml::de::Error, overrides: &Overrides) -> Problem {
-    let message = e.message().trim_end();
+fn problem_of(e: ReadError, overrides: &Overrides) -> Problem {
+    let ReadError { message, span } = e;
+    let message = message.trim_end();
     let mut quoted = message.split('`').skip(1).step_by(2);
     if let Some((what, _)) = message.strip_prefix("unknown ").and_then(|rest| rest.split_once(" `")) {
-        let span = e.span().unwrap_or(0..0);
+        let span = span.unwrap_or(0..0);
         let what = match what {
             "field" => "key",
             "variant" => overrides
@@ -484,7 +487,7 @@ fn from_toml(e: &toml::de::Error, overrides: &Overrides) -> Problem {
         };
     }
     Problem {
-        span: e.span(),
+        span,
         message: in_words_of_the_file(message),
         help: None,
     }
