@@ -1,6 +1,6 @@
 //! Unknown names: one message and one help text for all of them.
 
-use std::{error, fmt};
+use std::{collections::HashSet, error, fmt};
 
 use serde::de;
 
@@ -26,7 +26,10 @@ impl UnknownName {
     /// A `name` that is not among the `known` ones. `what` says what it is the name of, such as
     /// "key" or "format".
     pub fn new<'a>(what: &str, name: &str, known: impl IntoIterator<Item = &'a str>) -> Self {
-        let known: Vec<&str> = known.into_iter().collect();
+        let mut known: Vec<&str> = known.into_iter().collect();
+        // Models may name several things alike.
+        let mut seen = HashSet::new();
+        known.retain(|name| seen.insert(*name));
         let is_short = name.len() <= LONGEST_NAME;
         let suggestion = if is_short { most_similar(name, &known) } else { None };
         Self {
@@ -125,6 +128,8 @@ mod tests {
         assert_eq!(text("Centre"), "unknown key `Centre` (did you mean `center`?)");
         let filter = UnknownName::new("filter", "Blackman Harris", ["box", "blackman-harris"]);
         assert_eq!(filter.suggestion(), Some("blackman-harris"));
+        let twice = UnknownName::new("node", "wheel", ["c", "c", "lamp", "c"]).to_string();
+        assert_eq!(twice, "unknown node `wheel` (expected one of `c`, `lamp`)");
         assert_eq!(
             text("banana"),
             "unknown key `banana` (expected one of `center`, `radius`)"
