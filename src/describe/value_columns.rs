@@ -108,9 +108,15 @@ impl Values {
         let mut faults = Faults::new(desc);
         let moving = MovingDesc::new(desc, &values);
         for (entity, frames) in judged_frames(&values, &sources) {
+            // A wrong name is wrong in every row.
+            let mut told: Vec<Problem> = Vec::new();
             for frame in frames {
                 let problems = moving.entity_at(entity, frame).err().unwrap_or_default();
                 for problem in problems {
+                    if told.contains(&problem) {
+                        continue;
+                    }
+                    told.push(problem.clone());
                     faults.add(values.origin_of(&problem, frame), problem);
                 }
                 if faults.are_many() {

@@ -348,6 +348,11 @@ fn a_wrong_cell_is_refused_with_its_row_and_column() {
             "# interp: background.colr = linear\nframe,background.color\n1,2\n",
             "v.csv:1: unknown column `background.colr` (did you mean `background.color`?)",
         ),
+        // A name that is wrong in every row is told once.
+        (
+            "frame,object.ball.001.transfrm.scale\n1,2\n2,3.5\n3,1\n4,9\n",
+            "error: v.csv:3: object.ball.001.transfrm.scale: unknown key `transfrm` (did you mean `transform`?)\n",
+        ),
         ("frame\n1\n", "v.csv:1: there is no column of a value"),
         ("frame,background.color\n", "there are no rows below the header"),
     ];
@@ -356,6 +361,10 @@ fn a_wrong_cell_is_refused_with_its_row_and_column() {
         folder.write("v.csv", table);
         let message = folder.fail(65, &[&JOB[..], &["--values", "v.csv"]].concat());
         assert!(message.contains(expected), "{table}: {message}");
+        assert_eq!(
+            message.matches("unknown key").count(),
+            expected.matches("unknown key").count()
+        );
     }
     let message = folder(SCENE).fail(66, &[&JOB[..], &["--values", "none.csv"]].concat());
     assert!(
