@@ -216,7 +216,7 @@ pub struct TextureEntry {
 ///
 /// `bump` and `normal` turn the shading normal; the surface stays where it is. Heights may come from any texture, with any mapping, and are as high as `distance`
 /// in the object's own space: a `transform` stretches them with the object. Their slope is measured over a texel, or over what a ray sees of the surface where that is more, so that they fade from afar. The normals of a map
-/// belong to its s and t, so that it is no texture that is made of others. A clear coat keeps the normal of the bare surface. A mixture takes those of its materials. The `whitted` integrator ignores both.
+/// belong to its s and t, so that it is no texture that is made of others. A clear coat keeps the normal of the bare surface. A mixture takes those of its materials.
 ///
 /// ```toml
 /// [material.wall]

@@ -31,7 +31,7 @@ use crate::{
     sampler::{Dimension, SampleUse},
     scene::{
         LightGroup, LightId, LightOrigin, LightSampleContext, RayKind, SurfaceInteraction,
-        interaction::reflecting_normal,
+        interaction::reflecting_normal, shading_frame::mapped_normal,
     },
     value::{Count, Problem, RgbFactor, Spanned},
 };
@@ -82,6 +82,8 @@ impl Integrator for Whitted {
                 return out.add_radiance(light.radiance, || scene.shading.light_groups.of_background());
             }
         };
+        let mapped = mapped_normal(scene, surface).map(|ns| SurfaceInteraction { ns, ..*surface });
+        let surface = mapped.as_ref().unwrap_or(surface);
         let terms = scene
             .material(surface.material)
             .whitted_terms(&scene.textures(), &surface.texture);

@@ -40,6 +40,13 @@ impl ShadingFrame {
     }
 }
 
+/// The shading normal that the map of the surface's material turns, on the side of the geometric one; `None` without a map.
+#[inline(always)]
+pub fn mapped_normal(scene: &Scene, surface: &SurfaceInteraction) -> Option<Vec3> {
+    let map = scene.shading.normal_map(surface.material)?;
+    Some(turned_frame(scene, surface, Some(map), false).n)
+}
+
 #[inline(always)]
 pub fn shading_frame(
     scene: &Scene,

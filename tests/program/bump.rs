@@ -148,11 +148,16 @@ const MATERIALS: [(&str, &str); 8] = [
 const UPHILL: [f32; 2] = [0.866_025_4, 0.5];
 
 /// The middle of the picture of a square with this material and light, whose height rises by `slope`.
-fn middle_of((material, light): (&str, &str), slope: f32, more: &str, object: &str) -> [f32; 3] {
+fn middle_of(material: (&str, &str), slope: f32, more: &str, object: &str) -> [f32; 3] {
+    middle_by("path", material, slope, more, object)
+}
+
+/// The same by this integrator.
+fn middle_by(integrator: &str, (material, light): (&str, &str), slope: f32, more: &str, object: &str) -> [f32; 3] {
     let corner = |[x, y]: [f32; 2]| format!("[{x}, {y}, {}]", slope * (UPHILL[0] * x + UPHILL[1] * y));
     let corners = [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(corner);
     let pixels = Folder::new().render(&format!(
-        "[render]\nwidth = 8\nheight = 8\nsamples = 64\nintegrator.path = {{ max_depth = 2 }}\n\
+        "[render]\nwidth = 8\nheight = 8\nsamples = 64\nintegrator.{integrator} = {{ max_depth = 2 }}\n\
          [camera]\northographic = {{ eye = [0.1, 0.2, 5], target = [0.1, 0.2, 0], height = 0.4 }}\n{light}\
          [texture.rise]\ngradient = {{}}\nmapping.object = {{ scale = 0.5, rotate = [0, 0, -30], offset = [0.5, 0, 0] }}\n\
          [material.m]\n{material}\n{more}\n\
@@ -162,6 +167,20 @@ fn middle_of((material, light): (&str, &str), slope: f32, more: &str, object: &s
     pixels.iter().fold([0.0; 3], |sum, p| {
         [0, 1, 2].map(|k| sum[k] + p[k] / pixels.len() as f32)
     })
+}
+
+#[test]
+fn whitted_shades_a_bump_as_the_tilted_surface() {
+    for material in [MATERIALS[2], MATERIALS[5]] {
+        let shaded = |slope, more| middle_by("whitted", material, slope, more, "");
+        let bumped = shaded(0.0, "bump = { height = \"texture.rise\", distance = 0.6 }");
+        let (flat, tilted) = (shaded(0.0, ""), shaded(0.3, ""));
+        assert!(
+            (tilted[0] / flat[0] - 1.0).abs() > 0.03,
+            "{material:?}: the light tells nothing"
+        );
+        assert_close(bumped, tilted, 0.01, material.0);
+    }
 }
 
 #[test]
