@@ -18,6 +18,7 @@ use clap::{
 
 use super::{
     choices::{DenoiseStep, DenoiserKind, IfBusyKind, MissingKind, PartBaseKind, ProgressKind},
+    existing_args::ExistingArgs,
     heading,
     preview::preview_path,
     settings::Settings,
@@ -399,29 +400,6 @@ pub struct RenderArgs {
     /// Display of progress, on standard output
     #[arg(long, value_enum, value_name = "HOW", default_value_t = ProgressKind::Auto, hide_short_help = true, help_heading = heading::JOB)]
     pub progress: ProgressKind,
-}
-
-#[derive(Debug, ClapArgs)]
-#[group(multiple = false)]
-pub struct ExistingArgs {
-    /// Render frames again whose files exist (the default)
-    #[arg(long, hide_short_help = true, help_heading = heading::OUTPUT)]
-    pub overwrite: bool,
-
-    /// Skip frames whose files are there as this job would write them
-    ///
-    /// Every file carries a fingerprint of all inputs, the camera and the settings, and a checksum of its own bytes. What is
-    /// missing, cut off, altered, or was rendered otherwise is rendered again, and a line says why.
-    #[arg(long, help_heading = heading::OUTPUT)]
-    pub skip_existing: bool,
-
-    /// List the frames that --skip-existing would render, with the reasons, and stop
-    #[arg(long, hide_short_help = true, help_heading = heading::OUTPUT)]
-    pub list_stale: bool,
-
-    /// Stop before rendering if a file exists
-    #[arg(long, hide_short_help = true, help_heading = heading::OUTPUT)]
-    pub fail_existing: bool,
 }
 
 #[cfg(test)]

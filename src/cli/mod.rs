@@ -12,6 +12,7 @@ mod create;
 mod denoise;
 mod denoise_args;
 mod events;
+mod existing_args;
 mod exit;
 mod failures;
 mod figure_files;

@@ -27,7 +27,7 @@ impl Outlets {
                 return refuse("--output-format is that of standard output (-o -); files have it in their names");
             }
             (true, None) => return refuse("-o -: --output-format tells the form of the frames, such as png or y4m"),
-            (true, Some(_)) if args.existing.skip_existing => {
+            (true, Some(_)) if args.existing.skips() => {
                 return refuse("-o -: frames that --skip-existing skips would be missing on standard output");
             }
             (true, form) => form,

@@ -37,7 +37,7 @@ pub fn request(args: &RenderArgs, outlets: &Outlets, simd: Isa) -> Result<Reques
                        parts with --denoise-step render, and denoise them with --denoise-step denoise";
         return Err(Error::Usage(message.to_owned()));
     }
-    let existing = match (args.existing.skip_existing, args.existing.fail_existing) {
+    let existing = match (args.existing.skips(), args.existing.fail_existing) {
         (true, _) => Existing::Skip,
         (_, true) => Existing::Fail,
         _ => Existing::Overwrite,

@@ -52,6 +52,15 @@ const ALL: &str = "1 2 3 4 5";
 fn nothing_is_stale_after_a_job_whatever_the_dates_the_threads_and_the_place() {
     let folder = rendered();
     assert_eq!(numbers(&folder, &[]), "");
+    // A list says what skipping would do, so both may be given, also where frames go to standard output.
+    fs::remove_file(folder.path("f.3.png")).expect("it was there");
+    assert_eq!(numbers(&folder, &["--skip-existing"]), "3");
+    let stream = ["--skip-existing", "-o", "-", "--output-format", "png"];
+    assert_eq!(numbers(&folder, &stream), "3");
+    for refused in ["--overwrite", "--fail-existing"] {
+        folder.fail(2, &[&JOB[..], &["--list-stale", refused]].concat());
+    }
+    folder.succeed(&JOB);
     assert_eq!(
         numbers(&folder, &["--threads", "1", "--accel", "bvh2", "--range", "2-4"]),
         ""
