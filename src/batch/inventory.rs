@@ -133,7 +133,8 @@ impl Inventory {
         let emits = |m: &&crate::material::Material| m.emission().is_some();
         let memory = store.files().memory().taken();
         Self {
-            objects: scene.objects().len(),
+            // Parts of objects are none of their own.
+            objects: scene.objects().iter().filter(|object| object.part_of.is_none()).count(),
             triangles: geometry.triangles.len(),
             instances: geometry.instances.len(),
             shapes: geometry.prim_count() - geometry.triangles.len(),

@@ -154,6 +154,18 @@ fn a_flag_sets_what_a_table_sets() {
 }
 
 #[test]
+fn parts_of_an_object_are_no_objects_of_their_own() {
+    let folder = folder(TABLE);
+    let parts = "[[object.part]]\nnodes = [\"Wheel*\"]\n[[object.part]]\nnodes = [\"crowd\"]\nholdout = true\n";
+    folder.write(
+        "s.toml",
+        &format!("{HEAD}{}", CAR.replace("[[light]]", &format!("{parts}[[light]]"))),
+    );
+    let said = folder.succeed(&["check", "s.toml"]);
+    assert!(said.contains("\n1 object: "), "{said}");
+}
+
+#[test]
 fn a_material_of_the_scene_takes_the_place_of_one_of_the_model() {
     let folder = folder(TABLE);
     let scene = format!("{HEAD}{CAR}[material.steel]\nmatte = {{ albedo = [0, 0, 1] }}\n");
