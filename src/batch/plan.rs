@@ -278,7 +278,8 @@ impl Plan {
     /// The coverage of pictures by this plan. `fills_film` tells whether every point of the picture has a camera ray, in all
     /// frames.
     pub fn coverage(&self, background: &Background, fills_film: bool) -> Coverage {
-        if background.visible && fills_film && self.picture.settings.content == Content::Light {
+        let fills_picture = background.visible && fills_film && self.picture.settings.content == Content::Light;
+        if fills_picture || self.picture.is_beyond_alpha {
             Coverage::Full
         } else {
             Coverage::Partial

@@ -149,3 +149,24 @@ fn a_denoised_catcher_is_nearer_to_the_truth_in_its_alpha_and_over_a_plate() {
         assert!(after < 0.7 * before, "{after} {before}");
     }
 }
+
+#[test]
+fn a_picture_of_the_albedo_shows_catchers_and_what_is_before_them_as_they_are() {
+    let folder = Folder::new();
+    folder.write("s.toml", SUNNY);
+    for args in [["-o", "f.exr", "--aovs", "albedo"], ["-o", "f.png", "--show", "albedo"]] {
+        folder.succeed(&[&["s.toml", "--set", "output.view=raw"], &args[..]].concat());
+    }
+    let shown = image::open(folder.path("f.png")).expect("a picture");
+    assert!(!shown.color().has_alpha());
+    let shown = shown.to_rgb8();
+    let albedo = channel(&folder.open_exr("f.exr"), "albedo.R");
+    for (pixel, albedo) in shown.pixels().zip(albedo) {
+        assert!(
+            (f32::from(pixel.0[0]) - 255.0 * albedo).abs() < 0.7,
+            "{pixel:?}, {albedo}"
+        );
+    }
+    // The catcher itself, of which the alpha is 0 or that of a shadow.
+    assert!(shown.pixels().filter(|pixel| pixel.0[0] == 102).count() > 1000);
+}

@@ -10,7 +10,7 @@ use crate::{
     film::{
         PassRequest, PassSpec, Window,
         coverage::DEFAULT_RANKS,
-        passes::{COVERAGE, PASSES},
+        passes::{COVERAGE, PASSES, PassSource},
     },
     integrator::BuiltIn,
     math::{WorkingSpace, exponential},
@@ -47,6 +47,8 @@ pub struct PicturePlan {
     pub(super) serves_denoisers: bool,
     /// The planes of each film that go into its files.
     pub shown: Shown,
+    /// Whether these are of surfaces that the alpha of the picture leaves out.
+    pub(super) is_beyond_alpha: bool,
     pub view: DisplayTransform,
     /// The exposure of pictures, in stops; 0 until the scene is metered, if that decides.
     pub exposure: f32,
@@ -70,6 +72,8 @@ impl PicturePlan {
             }
         }
         choice.fit_to((desc.render.integrator.name(), &integrator))?;
+        let is_mean = |pass: &PassRequest| matches!(pass.spec().source, PassSource::Mean(_));
+        let is_beyond_alpha = choice.is_shown && choice.passes.iter().any(is_mean) && desc.has_catchers();
         let is_by_halves = choice.passes.iter().any(|pass| pass.spec().is_by_halves());
         settings.samples.doubles = is_by_halves && request.time_limit.is_some();
         let content = choice.content();
@@ -106,6 +110,7 @@ impl PicturePlan {
             serves_denoisers: choice.serves_denoisers && !choice.is_all,
             // The first plane is what the integrator computes.
             shown: if choice.is_shown { Shown::Plane(1) } else { Shown::All },
+            is_beyond_alpha,
             view: desc.output.view,
             exposure: desc.output.exposure.stops().unwrap_or_default(),
             metering_camera: None,
