@@ -12,6 +12,7 @@ use super::{
     options::LoadOptions,
     origin::SceneOrigin,
     placed::{self, LoadedModels, PlacedModel},
+    unused,
 };
 use crate::{
     assets::{
@@ -155,6 +156,7 @@ pub fn load_moving(
     };
     let motion = loaded.and_then(|loaded| {
         models.place(&placed, &loaded).map_err(file_errors)?;
+        unused::warn(desc, models.scene, (&placed, &loaded), options, store.warnings());
         Ok(SceneMotion::new(placed, loaded.at_rest, models.movables))
     });
     for bitmap in scene.opacity_bitmaps() {

@@ -39,6 +39,7 @@ mod points;
 mod refresh;
 mod selection;
 mod textures;
+mod unused;
 
 pub use asset_errors::AssetErrors;
 pub use bounds::visible_bounds;

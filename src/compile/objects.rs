@@ -18,7 +18,7 @@ use crate::{
     material::MaterialId,
     math::{DAffine3, DVec3},
     scene::{ObjectBackFaces, ObjectId, ObjectRole},
-    shape::ShapeDesc,
+    shape::{ShapeDesc, mesh::MeshDesc},
     value::{Problem, Spanned, UnknownName},
 };
 
@@ -125,11 +125,7 @@ impl Compiler<'_> {
                 };
                 let placed = models[whole].clone();
                 let name = name_of(object, placed.described);
-                let asset = match object.shape.get_ref() {
-                    ShapeDesc::Mesh(mesh) => Some(mesh.file.get_ref()),
-                    _ => None,
-                };
-                let asset = asset.map(String::as_str);
+                let asset = mesh_of(object).map(|mesh| mesh.file.get_ref().as_str());
                 let id = self.scene.object(&name, asset, material.unwrap_or(MaterialId(0)));
                 self.scene.set_part_of(id, placed.object);
                 self.object_settings(&own, id);
@@ -209,14 +205,22 @@ fn place(object: &ObjectDesc, origin: DVec3) -> Result<ObjectPlace, Problem> {
 
 /// Whether its geometry comes from a file, which may bring materials and lights.
 pub(super) fn is_model(object: &ObjectDesc) -> bool {
-    matches!(object.shape.get_ref(), ShapeDesc::Mesh(_))
+    mesh_of(object).is_some()
+}
+
+/// The mesh of an object whose geometry comes from a file.
+pub(super) fn mesh_of(object: &ObjectDesc) -> Option<&MeshDesc> {
+    match object.shape.get_ref() {
+        ShapeDesc::Mesh(mesh) => Some(mesh),
+        _ => None,
+    }
 }
 
 /// Whether a mesh of the scene plays animations.
 pub fn plays_animations(desc: &SceneDesc) -> bool {
-    let plays = |object: &ObjectDesc| match object.shape.get_ref() {
-        ShapeDesc::Mesh(mesh) => mesh.animation.as_ref().is_some_and(|choice| !choice.is_empty()),
-        _ => false,
+    let plays = |object: &ObjectDesc| {
+        let animation = mesh_of(object).and_then(|mesh| mesh.animation.as_ref());
+        animation.is_some_and(|choice| !choice.is_empty())
     };
     desc.objects.iter().any(plays)
 }
@@ -247,7 +251,7 @@ pub fn check_names(desc: &SceneDesc, entity: Entity, store: &Store) -> Result<()
                 let known = desc.materials.iter().map(|material| &material.name);
                 return Err(message(undefined("material", name.get_ref(), name.span(), known)));
             }
-            let ShapeDesc::Mesh(mesh) = object.shape.get_ref() else {
+            let Some(mesh) = mesh_of(object) else {
                 return Ok(());
             };
             let path = desc.folder().join(mesh.file.get_ref());
@@ -295,7 +299,8 @@ pub(super) fn world_from_object(object: &ObjectDesc) -> Result<DAffine3, Problem
     }
 }
 
-fn name_of(object: &ObjectDesc, index: usize) -> String {
+/// The name of an object by its index.
+pub(super) fn name_of(object: &ObjectDesc, index: usize) -> String {
     let name = object.name.as_ref().map(|n| n.get_ref().clone());
     name.unwrap_or_else(|| format!("object {}", index + 1))
 }

@@ -64,6 +64,7 @@ mod stage;
 mod streams;
 mod targets;
 mod textures;
+mod unused;
 mod values;
 mod views;
 mod whitted;
