@@ -16,7 +16,11 @@ use serde::{
 use serde_spanned::de::{SpannedDeserializer, is_spanned};
 use toml::de::{DeArray, DeString, DeTable, DeValue};
 
-use crate::value::{Span, Spanned};
+use super::{Overrides, foreign, wording::in_words_of_the_file};
+use crate::{
+    integrator::{IntegratorDesc, replacing_pass},
+    value::{Problem, Span, Spanned, UnknownName, is_override},
+};
 
 /// Why a value could not be read, and the innermost value that is wrong.
 #[derive(Debug)]
@@ -31,6 +35,43 @@ impl ReadError {
         Self {
             span: self.span.or(Some(span)),
             ..self
+        }
+    }
+
+    /// Returns the problem, with the usual wording for unknown names.
+    pub fn problem(self, overrides: &Overrides) -> Problem {
+        let Self { message, span } = self;
+        let message = message.trim_end();
+        let mut quoted = message.split('`').skip(1).step_by(2);
+        if let Some((what, _)) = message.strip_prefix("unknown ").and_then(|rest| rest.split_once(" `")) {
+            let span = span.unwrap_or(0..0);
+            let what = match what {
+                "field" => "key",
+                "variant" => overrides
+                    .named(&span, quoted.clone().next().unwrap_or_default())
+                    .unwrap_or("kind"),
+                named => named,
+            };
+            let word = quoted.next().unwrap_or_default().to_owned();
+            let known: Vec<&str> = quoted.collect();
+            let is_override = is_override(&span);
+            let unknown = UnknownName::new(what, &word, known.iter().copied());
+            let mut problem = unknown.at(span);
+            problem.help = foreign::help(&word, &known).or(problem.help);
+            return match replacing_pass(&word).filter(|_| known == IntegratorDesc::NAMES) {
+                Some(pass) if is_override => {
+                    problem.with_help(format!("it is a pass and no integrator: use --show {pass}"))
+                }
+                Some(pass) => problem.with_help(format!(
+                    "it is a pass and no integrator: `[output] show = \"{pass}\"` or `aovs = [\"{pass}\"]`"
+                )),
+                None => problem,
+            };
+        }
+        Problem {
+            span,
+            message: in_words_of_the_file(message),
+            help: None,
         }
     }
 }

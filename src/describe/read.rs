@@ -7,19 +7,17 @@ use toml::de::{DeTable, DeValue};
 
 use super::{
     Diagnostics, OutputDesc, Overrides, RenderDesc, SceneDesc, Source,
-    deserialize::{FileValue, ReadError},
+    deserialize::FileValue,
     foreign,
     kind_tables::{self, KindTable, VALUES},
     scene::*,
-    wording::in_words_of_the_file,
 };
 use crate::{
     camera::{CameraDesc, Shutter, Timing, shutter::MAX_READOUT},
-    integrator::{IntegratorDesc, replacing_pass},
     light::LightDesc,
     material::MaterialDesc,
     texture::{MappingDesc, PatternDesc, StTransformDesc},
-    value::{List, Problem, Span, Spanned, UnknownName, is_override, kind_or_name, one_of},
+    value::{List, Problem, Span, Spanned, UnknownName, kind_or_name, one_of},
 };
 
 /// Why a scene file could not be read.
@@ -260,7 +258,7 @@ impl Reader<'_> {
     /// Parses a table.
     pub fn entity<'i, T: Deserialize<'i>>(&mut self, value: Value<'i>) -> Option<T> {
         T::deserialize(FileValue(value))
-            .map_err(|e| self.problems.push(problem_of(e, self.overrides)))
+            .map_err(|e| self.problems.push(e.problem(self.overrides)))
             .ok()
     }
 
@@ -308,7 +306,7 @@ impl Reader<'_> {
             return None;
         }
         kind_or_name(FileValue(value))
-            .map_err(|e| self.problems.push(problem_of(e, self.overrides)))
+            .map_err(|e| self.problems.push(e.problem(self.overrides)))
             .ok()
     }
 
@@ -453,43 +451,6 @@ fn syntax_problem(e: &toml::de::Error, text: &str) -> Problem {
     Problem {
         help,
         ..Problem::at(span, message)
-    }
-}
-
-/// Converts an error of serde, with the usual wording for unknown names.
-fn problem_of(e: ReadError, overrides: &Overrides) -> Problem {
-    let ReadError { message, span } = e;
-    let message = message.trim_end();
-    let mut quoted = message.split('`').skip(1).step_by(2);
-    if let Some((what, _)) = message.strip_prefix("unknown ").and_then(|rest| rest.split_once(" `")) {
-        let span = span.unwrap_or(0..0);
-        let what = match what {
-            "field" => "key",
-            "variant" => overrides
-                .named(&span, quoted.clone().next().unwrap_or_default())
-                .unwrap_or("kind"),
-            named => named,
-        };
-        let word = quoted.next().unwrap_or_default().to_owned();
-        let known: Vec<&str> = quoted.collect();
-        let is_override = is_override(&span);
-        let unknown = UnknownName::new(what, &word, known.iter().copied());
-        let mut problem = unknown.at(span);
-        problem.help = foreign::help(&word, &known).or(problem.help);
-        return match replacing_pass(&word).filter(|_| known == IntegratorDesc::NAMES) {
-            Some(pass) if is_override => {
-                problem.with_help(format!("it is a pass and no integrator: use --show {pass}"))
-            }
-            Some(pass) => problem.with_help(format!(
-                "it is a pass and no integrator: `[output] show = \"{pass}\"` or `aovs = [\"{pass}\"]`"
-            )),
-            None => problem,
-        };
-    }
-    Problem {
-        span,
-        message: in_words_of_the_file(message),
-        help: None,
     }
 }
 
