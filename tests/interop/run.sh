@@ -8,7 +8,7 @@ program=$(realpath "${1:-${CARGO_TARGET_DIR:-target}/release/batch-render}")
 out=$(mktemp -d)
 trap 'rm -rf "$out"' EXIT
 
-packages=(OpenImageIO==3.2.2.0 OpenEXR==3.5.3 cryptomatte-api==1.0.0 jsonschema==4.26.0 imageio-ffmpeg)
+packages=(OpenImageIO==3.2.2.0 OpenEXR==3.5.3 cryptomatte-api==1.0.0 jsonschema==4.26.0 imageio-ffmpeg taplo==0.9.3)
 if ! { python3 -m venv "$out/venv" && "$out/venv/bin/pip" install -q "${packages[@]}"; } >"$out/pip.log" 2>&1; then
     echo "no files were checked by other tools: pip does not install ${packages[*]}"
     exit 0
@@ -47,3 +47,15 @@ done
 
 "$out/venv/bin/python" tests/interop/check.py "$out" "$out/venv/bin"
 "$out/venv/bin/python" tests/interop/schemas.py "$program" "$out"
+
+# An editor's view of scene files: all of them are valid, and a wrong key is not.
+lint() {
+    "$out/venv/bin/taplo" lint --schema "file://$PWD/docs/schema/scene.json" "$@" >"$out/taplo.log" 2>&1
+}
+lint scenes/*/*.toml || { cat "$out/taplo.log"; exit 1; }
+printf '[render]\nwdith = 4\n' >"$out/wrong.toml"
+if lint "$out/wrong.toml" || ! grep -q "'wdith' was unexpected" "$out/taplo.log"; then
+    echo "taplo finds no wrong key"
+    exit 1
+fi
+echo "taplo finds all scenes valid"

@@ -33,6 +33,7 @@ mod manual;
 mod passes;
 mod poses;
 mod references;
+mod schema;
 
 fn main() {
     let args = Arguments::from_args();
@@ -49,6 +50,7 @@ fn main() {
         passes::trials(),
         poses::trials(),
         references::trials(),
+        schema::trials(),
     ];
     libtest_mimic::run(&args, trials.into_iter().flatten().collect()).exit();
 }
