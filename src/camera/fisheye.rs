@@ -19,8 +19,8 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Deserializer, Serialize, de};
 
 use super::{
-    CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose, ViewMatrices, default_up, lens::FieldOfView,
-    look_at, station::Station,
+    CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose, StereoEye, ViewMatrices, default_up,
+    lens::FieldOfView, look_at, station::Station,
 };
 use crate::{
     math::{Ray, RayCone, Vec2},
@@ -161,6 +161,16 @@ impl CameraKind for Fisheye {
             station: self.station.moved(by),
             ..*self
         }
+    }
+
+    fn of_eye(&self, eye: &StereoEye) -> Result<Self, &'static str> {
+        if eye.convergence.is_some() {
+            return Err("the eyes of a fisheye do not converge");
+        }
+        Ok(Self {
+            station: self.station.beside(eye.offset),
+            ..*self
+        })
     }
 
     fn between(&self, to: &Self, u: f64) -> Self {

@@ -1,9 +1,11 @@
 //! The camera of one frame, which may move while the picture is taken.
 
+use std::convert::Infallible;
+
 use serde::Serialize;
 
 use super::{
-    Camera, FilmSize,
+    Camera, FilmSize, StereoEye,
     shutter::{Readout, Shutter, Timing},
 };
 use crate::math::DVec3;
@@ -107,12 +109,18 @@ impl PictureCamera {
         }
     }
 
-    /// Returns this camera moved by `by`, in m.
-    pub fn moved(&self, by: DVec3) -> Self {
-        match self {
-            Self::Still(camera) => Self::from(camera.moved(by)),
-            Self::Moving(cameras) => Self::Moving(Box::new(cameras.map(|camera| camera.moved(by)))),
-        }
+    /// Returns this camera with each of its cameras replaced.
+    fn map<E>(&self, change: impl Fn(&Camera) -> Result<Camera, E>) -> Result<Self, E> {
+        Ok(match self {
+            Self::Still(camera) => Self::from(change(camera)?),
+            Self::Moving(cameras) => {
+                let mut changed = cameras.clone();
+                for camera in &mut *changed {
+                    *camera = change(camera)?;
+                }
+                Self::Moving(changed)
+            }
+        })
     }
 
     /// The place on the film, in pixels, of a point that is `point(time)` at the fraction `time` of `timing`, and its depth, as
@@ -232,15 +240,29 @@ impl FrameCamera {
 
     /// Returns this camera moved by `by`, in m.
     pub fn moved(&self, by: DVec3) -> Self {
-        let moved = |neighbour: &Option<PictureCamera>| neighbour.as_ref().map(|camera| camera.moved(by));
-        Self {
-            cameras: self.cameras.moved(by),
+        let moved = self.map(|camera| Ok::<_, Infallible>(camera.moved(by)));
+        moved.unwrap_or_else(|never| match never {})
+    }
+
+    /// Returns the camera of an eye beside this one.
+    ///
+    /// # Errors
+    /// Why it has no such eye.
+    pub fn of_eye(&self, eye: &StereoEye) -> Result<Self, &'static str> {
+        self.map(|camera| camera.of_eye(eye))
+    }
+
+    /// Returns this camera with each of its cameras, and those of its neighbours, replaced.
+    fn map<E>(&self, change: impl Fn(&Camera) -> Result<Camera, E>) -> Result<Self, E> {
+        let of = |neighbour: &Option<PictureCamera>| neighbour.as_ref().map(|own| own.map(&change)).transpose();
+        Ok(Self {
+            cameras: self.cameras.map(&change)?,
             neighbours: Neighbours {
-                previous: moved(&self.neighbours.previous),
-                next: moved(&self.neighbours.next),
+                previous: of(&self.neighbours.previous)?,
+                next: of(&self.neighbours.next)?,
             },
             ..*self
-        }
+        })
     }
 
     /// Whether its rays read numbers for the lens, at some time, see

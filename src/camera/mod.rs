@@ -31,6 +31,7 @@ mod pinhole_view;
 pub mod pose;
 pub mod shutter;
 mod station;
+pub mod stereo;
 
 pub use facts::{DepthOfField, LensFacts, ViewMatrices};
 pub use frame_camera::{FrameCamera, Neighbours, PictureCamera};
@@ -38,6 +39,7 @@ pub use lens::LensOverrides;
 pub use pinhole_view::{CalibratedView, PinholeView, ViewDistortion};
 pub use pose::{LookAt, Pose, PoseError, RotationOrder};
 pub use shutter::{Readout, ReadoutDirection, Shutter, Timing};
+pub use stereo::StereoEye;
 
 /// A film's width and height, in pixels, both at least 1. Pixels are square.
 pub type FilmSize = [u32; 2];
@@ -82,6 +84,14 @@ pub trait CameraKind {
 
     /// Returns this camera moved by `by`, in m.
     fn moved(&self, by: DVec3) -> Self;
+
+    /// Returns the camera of an eye beside this camera.
+    ///
+    /// # Errors
+    /// Why it has no such eye.
+    fn of_eye(&self, eye: &StereoEye) -> Result<Self, &'static str>
+    where
+        Self: Sized;
 
     /// The unit direction along which depth is measured; `None` where there is none.
     fn axis(&self) -> Option<Vec3> {
@@ -271,6 +281,14 @@ macro_rules! cameras {
             #[inline(never)] // eighteen copies in the cameras of a shutter took 30 kB
             pub fn moved(&self, by: DVec3) -> Self {
                 match self { $( Self::$Variant(camera) => Self::$Variant(camera.moved(by)), )* }
+            }
+
+            /// See [`CameraKind::of_eye`].
+            ///
+            /// # Errors
+            /// Why it has no such eye.
+            pub fn of_eye(&self, eye: &StereoEye) -> Result<Self, &'static str> {
+                match self { $( Self::$Variant(camera) => camera.of_eye(eye).map(Self::$Variant), )* }
             }
 
             /// See [`CameraKind::between`]; `to` is of the same kind.

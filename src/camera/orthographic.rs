@@ -20,8 +20,8 @@ use glam::{DMat4, DVec3, DVec4};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose, ViewMatrices, default_up, facts, lerp, look_at,
-    unit_ray,
+    CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose, StereoEye, ViewMatrices, default_up, facts, lerp,
+    look_at, unit_ray,
 };
 use crate::{
     math::{Ray, RayCone, Vec2, Vec3},
@@ -159,6 +159,10 @@ impl CameraKind for Orthographic {
             corner: self.corner + by,
             ..*self
         }
+    }
+
+    fn of_eye(&self, _eye: &StereoEye) -> Result<Self, &'static str> {
+        Err("the two eyes of an orthographic camera see the same")
     }
 
     fn between(&self, to: &Self, u: f64) -> Self {

@@ -21,7 +21,7 @@ use glam::DVec3;
 use serde::{Deserialize, Serialize};
 
 use super::{
-    CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose, ViewMatrices, default_up, look_at,
+    CameraKind, CameraSetup, FilmSize, LensKind, LensOverrides, Pose, StereoEye, ViewMatrices, default_up, look_at,
     station::Station,
 };
 use crate::{
@@ -73,6 +73,7 @@ impl LensKind for PanoramaLens {
         Panorama {
             station: Station::new(pose),
             pixel: [TAU / width, PI / height],
+            eye: 0.0,
         }
     }
 }
@@ -83,6 +84,8 @@ pub struct Panorama {
     station: Station,
     /// Longitude and latitude of a pixel, in radians.
     pixel: [f64; 2],
+    /// The place of the eye to the right of each direction's vertical plane, in m; 0 without stereo.
+    eye: f64,
 }
 
 impl CameraKind for Panorama {
@@ -91,16 +94,27 @@ impl CameraKind for Panorama {
         let (sin_lon, cos_lon) = libm::sincos(self.pixel[0] * f64::from(film.x) - PI);
         let (sin_lat, cos_lat) = libm::sincos(0.5 * PI - self.pixel[1] * f64::from(film.y));
         let d = DVec3::new(cos_lat * sin_lon, sin_lat, -cos_lat * cos_lon);
-        Some(self.station.ray(d))
+        Some(match self.eye == 0.0 {
+            true => self.station.ray(d),
+            false => self.station.ray_from(DVec3::new(cos_lon, 0.0, sin_lon) * self.eye, d),
+        })
     }
 
     fn project(&self, p: DVec3) -> Option<DVec3> {
         let local = self.station.local(p);
-        let distance = local.length();
-        let longitude = libm::atan2(local.x, -local.z);
-        let latitude = libm::asin((local.y / distance).clamp(-1.0, 1.0));
+        // From the eye's place on its circle, along the tangent.
+        let across = libm::hypot(local.x, local.z);
+        let level = libm::sqrt((across * across - self.eye * self.eye).max(0.0));
+        let distance = libm::hypot(level, local.y);
+        let turn = if self.eye == 0.0 {
+            0.0
+        } else {
+            libm::atan2(self.eye, level)
+        };
+        let longitude = libm::remainder(libm::atan2(local.x, -local.z) - turn, TAU);
+        let latitude = libm::atan2(local.y, level);
         let [x, y] = [(longitude + PI) / self.pixel[0], (0.5 * PI - latitude) / self.pixel[1]];
-        (distance > 0.0).then(|| DVec3::new(x, y, distance))
+        (distance > 0.0 && across >= self.eye.abs()).then(|| DVec3::new(x, y, distance))
     }
 
     fn period(&self) -> Option<f64> {
@@ -125,10 +139,20 @@ impl CameraKind for Panorama {
         }
     }
 
+    fn of_eye(&self, eye: &StereoEye) -> Result<Self, &'static str> {
+        if eye.convergence.is_some() {
+            return Err("the eyes of a panorama do not converge");
+        }
+        Ok(Self {
+            eye: eye.offset,
+            ..*self
+        })
+    }
+
     fn between(&self, to: &Self, u: f64) -> Self {
         Self {
             station: self.station.between(&to.station, u),
-            pixel: self.pixel,
+            ..*self
         }
     }
 }

@@ -39,7 +39,7 @@ use glam::{DVec2, DVec3};
 use serde::{Deserialize, Deserializer, Serialize, de};
 
 use super::{
-    CameraKind, CameraSetup, FilmSize, LensFacts, LensKind, LensOverrides, PinholeView, Pose, ViewMatrices,
+    CameraKind, CameraSetup, FilmSize, LensFacts, LensKind, LensOverrides, PinholeView, Pose, StereoEye, ViewMatrices,
     aperture_shape::ApertureShape,
     default_up,
     lens::{Aperture, FieldOfView, Focus, Sensor, SensorFit},
@@ -395,11 +395,6 @@ impl VectorLoop for Pinhole<'_> {
 }
 
 impl Perspective {
-    /// The unit direction of the line of sight.
-    fn forward(&self) -> DVec3 {
-        self.lens_axes[1].cross(self.lens_axes[0])
-    }
-
     /// The vector from the eye to the point at distance 1 that a film position shows.
     #[inline(always)]
     fn at_one(&self, film: Vec2) -> DVec3 {
@@ -472,6 +467,10 @@ impl CameraKind for Perspective {
             eye: self.eye + by,
             ..*self
         }
+    }
+
+    fn of_eye(&self, eye: &StereoEye) -> Result<Self, &'static str> {
+        Ok(self.beside(eye))
     }
 
     fn between(&self, to: &Self, u: f64) -> Self {

@@ -47,7 +47,7 @@ use glam::{DMat2, DVec2, DVec3};
 use serde::{Deserialize, Serialize};
 
 use super::{
-    CalibratedView, CameraKind, CameraSetup, FilmSize, Lens, LensKind, LensOverrides, PinholeView, Pose,
+    CalibratedView, CameraKind, CameraSetup, FilmSize, Lens, LensKind, LensOverrides, PinholeView, Pose, StereoEye,
     ViewDistortion, ViewMatrices, default_up, look_at, station::Station,
 };
 use crate::{
@@ -237,6 +237,18 @@ impl CameraKind for Pinhole {
             station: self.station.moved(by),
             ..*self
         }
+    }
+
+    fn of_eye(&self, eye: &StereoEye) -> Result<Self, &'static str> {
+        if eye.convergence.is_some() && self.distortion != Distortion::None {
+            return Err("the eyes of a camera with distortion do not converge");
+        }
+        let shift = eye.convergence.map_or(0.0, |distance| eye.offset / distance);
+        Ok(Self {
+            station: self.station.beside(eye.offset),
+            center: self.center + self.pixels.x_axis * shift,
+            ..*self
+        })
     }
 
     fn between(&self, to: &Self, u: f64) -> Self {

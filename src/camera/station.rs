@@ -62,6 +62,16 @@ impl Station {
         }
     }
 
+    /// The ray from a place of the camera's space in the direction `d` of that space.
+    pub fn ray_from(&self, o: DVec3, d: DVec3) -> Ray {
+        unit_ray(self.eye + self.axes * o, self.axes * d)
+    }
+
+    /// The station so many metres to the right.
+    pub fn beside(&self, by: f64) -> Self {
+        self.moved(self.axes.x_axis * by)
+    }
+
     pub fn between(&self, to: &Self, u: f64) -> Self {
         Self {
             eye: lerp(self.eye, to.eye, u),

@@ -6,7 +6,7 @@
 use std::{path::PathBuf, time::Duration};
 
 use batch_render::{
-    batch::{PartSpec, Turn, ViewSet},
+    batch::{PartSpec, Turn},
     compile::default_scene::normalise::Normalise,
     output::DepthUnit,
     shape::mesh::LightUnits,
@@ -25,6 +25,7 @@ use super::{
     standard_input::input_format,
     stream::StreamForm,
     values::{crop, duration, light_units, radius, size},
+    view_args::ViewArgs,
 };
 
 /// Renders a scene along a camera path into EXR, NPZ, PNG and JPEG sequences.
@@ -200,15 +201,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "N", visible_alias = "orbit", conflicts_with = "frames", allow_hyphen_values = true, help_heading = heading::FRAMES)]
     pub turntable: Option<Turn>,
 
-    /// Render views around the scene: orbit:N, orbit:N@ELEVATION, hemisphere:N, sphere:N or cube; repeatable
-    ///
-    /// All look at the middle of what is visible in frame 1, and see all of it. The frames are numbered from 1 through all of them.
-    #[arg(long, value_name = "SPEC", value_delimiter = ',', conflicts_with_all = ["frames", "turntable", "frame_to_fit"], hide_short_help = true, help_heading = heading::FRAMES)]
-    pub views: Vec<ViewSet>,
-
-    /// Share of the picture that views let the scene fill
-    #[arg(long, value_name = "FRACTION", requires = "views", default_value_t = 0.9, hide_short_help = true, help_heading = heading::FRAMES)]
-    pub fit: f64,
+    #[command(flatten)]
+    pub views: ViewArgs,
 
     /// Move the scene's camera along its line of sight until all of the scene fits into the picture
     ///

@@ -48,6 +48,7 @@ mod submit;
 mod summary;
 mod threads;
 mod values;
+mod view_args;
 mod y4m;
 
 use std::{path::PathBuf, process::ExitCode};

@@ -51,6 +51,7 @@ pub fn request(args: &RenderArgs, outlets: &Outlets, simd: Isa) -> Result<Reques
         values: args.values.clone(),
         turntable: args.turntable,
         views: views(args)?,
+        stereo: args.views.stereo.and_then(|stereo| stereo.eye()),
         frame_to_fit: args.frame_to_fit,
         ground: args.ground,
         normalise: args.normalise,
@@ -103,7 +104,7 @@ pub fn request(args: &RenderArgs, outlets: &Outlets, simd: Isa) -> Result<Reques
 
 /// The views that the arguments ask for, if any.
 fn views(args: &RenderArgs) -> Result<Option<Views>, Error> {
-    let (sets, fit) = (args.views.clone(), args.fit);
+    let (sets, fit) = (args.views.views.clone(), args.views.fit);
     if !(fit > 0.0 && fit <= 1.0) {
         return Err(Error::Usage(format!(
             "--fit: expected a number above 0 and at most 1, found {fit}"

@@ -1,7 +1,7 @@
 //! Several scenes in one command, rendered one after the other. The next one is loaded meanwhile.
 //!
 //! `{scene}` in any argument stands for the name of the scene: its file without the ending, with the folders that tell it from the
-//! others.
+//! others. The two eyes of stereo are rendered in the same way, and `{eye}` is the name of theirs.
 
 use std::{
     collections::HashSet,
@@ -12,6 +12,7 @@ use std::{
 };
 
 use batch_render::{
+    camera::stereo::Side,
     error::{Blame, Error},
     render::Cancelled,
     simd::Isa,
@@ -35,6 +36,9 @@ use super::{
 
 /// Stands for the name of a scene.
 const NAME: &str = "{scene}";
+
+/// Stands for the name of an eye.
+const EYE: &str = "{eye}";
 
 /// The turn of a scene.
 pub struct Turn<'a> {
@@ -67,16 +71,31 @@ pub fn run(args: &RenderArgs, (simd, quiet): (Isa, bool), render: Render) -> any
         };
         render(args, turn)
     };
-    if args.more.is_empty() && !words.iter().any(|word| names_a_scene(word)) {
+    let is_pair = args.views.stereo.is_some_and(|stereo| stereo.side.is_none());
+    if args.more.is_empty() && !is_pair && !words.iter().any(|word| has_name(word)) {
         return alone(args);
     }
     let scenes: Vec<&Path> = args.scene.iter().chain(&args.more).map(PathBuf::as_path).collect();
     let names = names(&scenes)?;
-    let of_scenes = scenes
+    let sides: Vec<Option<Side>> = match args.views.stereo {
+        Some(stereo) => stereo.sides().into_iter().map(Some).collect(),
+        None => vec![None],
+    };
+    // The eyes of a scene come one after the other.
+    let named = scenes.iter().zip(&names);
+    let turns: Vec<_> = named
+        .flat_map(|own| sides.iter().map(move |side| (own, *side)))
+        .collect();
+    let of_scenes = turns
         .iter()
-        .zip(&names)
-        .map(|(scene, name)| of_scene(&words, scene, name));
+        .map(|((scene, name), side)| of_scene(&words, scene, (name, *side)));
     let mut of_scenes: Vec<RenderArgs> = of_scenes.collect::<Result<_, _>>()?;
+    let names = turns.iter().map(|((_, name), side)| match side {
+        Some(side) if sides.len() > 1 => format!("{name}/{}", side.name()),
+        _ => (*name).clone(),
+    });
+    let names: Vec<String> = names.collect();
+    let scenes: Vec<&Path> = turns.iter().map(|((scene, _), _)| **scene).collect();
     if let [only] = &of_scenes[..] {
         return alone(only);
     }
@@ -123,7 +142,14 @@ fn each(
             return Err(Error::Cancelled(Cancelled).into());
         }
         if is_told {
-            say(&format!("scene {} of {}: {}", i + 1, scenes.len(), scene.display()));
+            let side = own.views.stereo.and_then(|stereo| stereo.side);
+            let eye = side.map_or_else(String::new, |side| format!(", {} eye", side.name()));
+            say(&format!(
+                "scene {} of {}: {}{eye}",
+                i + 1,
+                scenes.len(),
+                scene.display()
+            ));
         }
         ahead.set_next(of_scenes.get(i + 1).cloned());
         let turn = Turn {
@@ -199,19 +225,27 @@ fn ends_the_command(error: &anyhow::Error, is_first: bool) -> bool {
     }
 }
 
-fn names_a_scene(word: &OsStr) -> bool {
-    word.to_string_lossy().contains(NAME)
+fn has_name(word: &OsStr) -> bool {
+    let word = word.to_string_lossy();
+    word.contains(NAME) || word.contains(EYE)
 }
 
-/// The arguments for one scene.
-fn of_scene(words: &[OsString], scene: &Path, name: &str) -> anyhow::Result<RenderArgs> {
+/// The arguments for one scene, or for an eye of it.
+fn of_scene(words: &[OsString], scene: &Path, (name, side): (&str, Option<Side>)) -> anyhow::Result<RenderArgs> {
     let own = words.iter().map(|word| match word.to_str() {
-        Some(text) => text.replace(NAME, name).into(),
+        Some(text) => {
+            let text = text.replace(NAME, name);
+            side.map_or_else(|| text.clone(), |side| text.replace(EYE, side.name()))
+                .into()
+        }
         None => word.clone(),
     });
     let mut render = Args::try_parse_from(own)?.render;
     render.scene = Some(scene.to_owned());
     render.more.clear();
+    if let Some(stereo) = &mut render.views.stereo {
+        stereo.side = side;
+    }
     Ok(render)
 }
 
@@ -233,10 +267,15 @@ fn check(scenes: &[&Path], args: &[RenderArgs], all: Option<&AllScenes>) -> Resu
     }
     let mut written: HashSet<PathBuf> = all.iter().flat_map(|all| all.files()).collect();
     for own in args {
-        if let Some(path) = written_by(own).into_iter().find(|path| !written.insert(path.clone())) {
+        if let Some(path) = &written_by(own).into_iter().find(|path| !written.insert(path.clone())) {
+            let of_scene = args.iter().filter(|other| other.scene == own.scene);
+            let (who, name) = match of_scene.filter(|other| written_by(other).contains(path)).count() {
+                0 | 1 => ("several scenes", NAME),
+                _ => ("both eyes", EYE),
+            };
             let path = path.display();
             return refuse(format!(
-                "several scenes would write {path}: tell their files apart by {NAME} in the name"
+                "{who} would write {path}: tell their files apart by {name} in the name"
             ));
         }
     }

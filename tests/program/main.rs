@@ -61,6 +61,7 @@ mod rounds;
 mod scenes;
 mod sight;
 mod stage;
+mod stereo;
 mod streams;
 mod targets;
 mod textures;

@@ -47,8 +47,27 @@ pub(in crate::batch) struct JobCameras {
     pub metering: Option<FrameCamera>,
 }
 
-/// The cameras of the frames to be rendered.
+/// The cameras of the frames to be rendered: those of an eye if the request names one.
 pub(in crate::batch) fn cameras(
+    desc: &SceneDesc,
+    request: &Request,
+    values: (Option<&Values>, Option<&ModelRun>),
+    own: (Option<SceneCamera>, [u32; 2], Option<DAabb>),
+    inputs: &Files,
+) -> Result<JobCameras, Error> {
+    let mut cameras = middle_cameras(desc, request, values, own, inputs)?;
+    if let Some(eye) = &request.stereo {
+        for (_, camera) in cameras.frames.iter_mut().chain(&mut cameras.beside) {
+            *camera = camera
+                .of_eye(eye)
+                .map_err(|why| Error::Usage(format!("--stereo: {why}")))?;
+        }
+    }
+    Ok(cameras)
+}
+
+/// The cameras in the middle between the eyes.
+fn middle_cameras(
     desc: &SceneDesc,
     request: &Request,
     (values, run): (Option<&Values>, Option<&ModelRun>),

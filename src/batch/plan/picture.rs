@@ -4,7 +4,7 @@ use super::{frame_rate, passes::PassChoice};
 use crate::{
     accel::BuildOptions,
     batch::{Request, Turntable},
-    camera::{FrameCamera, SceneCamera},
+    camera::{FrameCamera, SceneCamera, StereoEye},
     describe::{Diagnostics, SceneDesc},
     error::Error,
     film::{
@@ -32,6 +32,8 @@ pub struct PicturePlan {
     pub camera: Option<SceneCamera>,
     /// Moves the camera once the scene is known.
     pub turntable: Option<Turntable>,
+    /// The eye that the cameras are those of.
+    pub stereo: Option<StereoEye>,
     /// Frames per second, as a fraction.
     pub fps: Option<(i32, u32)>,
     /// The animations that a model by itself plays.
@@ -96,6 +98,7 @@ impl PicturePlan {
             model: (request.point_radius, request.variant.clone(), request.light_units),
             camera,
             turntable,
+            stereo: request.stereo,
             fps: request.fps.map(frame_rate::rational),
             animation: request.animation.clone(),
             accel: request.accel,

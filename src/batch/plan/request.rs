@@ -9,7 +9,7 @@ use crate::{
         DenoiseOptions, DenoiseSteps, Existing, FrameRange, IfBusy, JobPart, OnFailure, Turn, Views,
         products::metadata::Sidecar,
     },
-    camera::{Pose, RotationOrder},
+    camera::{Pose, RotationOrder, StereoEye},
     compile::default_scene::normalise::Normalise,
     describe::Overrides,
     output::{
@@ -64,6 +64,8 @@ pub struct Request {
     /// Instead of a camera path: views of all of the scene. [`Job`](crate::batch::Job) finds out where it is; a plan by itself
     /// does not, and is refused.
     pub views: Option<Views>,
+    /// The eye that the cameras are those of.
+    pub stereo: Option<StereoEye>,
     /// Whether the scene's camera is moved along its line of sight until the scene fits into the picture.
     pub frame_to_fit: bool,
     /// Whether a model that is the scene stands on a ground.

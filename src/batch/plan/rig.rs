@@ -25,6 +25,9 @@ impl CameraRig {
             None => frame.camera.clone(),
             Some(orbit) => {
                 let camera = orbit.camera(frame.number, plan.picture.settings.resolution);
+                // The plan has made the eye of the start of the orbit.
+                let eye = plan.picture.stereo.and_then(|eye| camera.of_eye(&eye).ok());
+                let camera = eye.unwrap_or(camera);
                 FrameCamera::from(camera).with_timing(frame.camera.timing())
             }
         }
