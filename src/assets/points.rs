@@ -1,9 +1,8 @@
 //! Point clouds.
 
 use glam::DAffine3;
-use rayon::prelude::*;
 
-use crate::math::{Aabb, Vec3, Vec4};
+use crate::math::{Aabb, Vec3, Vec4, parallel};
 
 /// Points of a model, rendered as spheres.
 #[derive(Clone, Debug, Default)]
@@ -47,10 +46,10 @@ pub fn mean_spacing(positions: &[Vec3]) -> f32 {
     let mut tree = positions.to_vec();
     sort_into_tree(&mut tree, 0);
     let step = positions.len().div_ceil(SAMPLES).max(1);
-    let squares: Vec<f32> = (positions.par_iter().step_by(step))
-        .map(|p| nearest_squared(&tree, 0, *p, f32::INFINITY))
-        .filter(|square| square.is_finite())
-        .collect();
+    let mut squares = parallel::map(positions.iter().step_by(step), |p| {
+        nearest_squared(&tree, 0, *p, f32::INFINITY)
+    });
+    squares.retain(|square| square.is_finite());
     let sum: f64 = squares.iter().map(|square| f64::from(*square).sqrt()).sum();
     if sum > 0.0 {
         (sum / squares.len() as f64) as f32

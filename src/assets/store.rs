@@ -6,8 +6,6 @@ use std::{
     sync::{Arc, Mutex, PoisonError},
 };
 
-use rayon::prelude::*;
-
 use super::{
     AssetError, Files, MemoryKind,
     image::{self, AlphaUse, BitmapKey, EncodedImage, ImageError},
@@ -17,7 +15,7 @@ use super::{
 };
 pub use super::{image::ImageRequest, load_model::ModelRequest};
 use crate::{
-    math::WorkingSpace,
+    math::{WorkingSpace, parallel},
     scene::BackgroundRadiance,
     texture::{Bitmap, bitmap::ColorSpace},
     value::one_line,
@@ -163,7 +161,7 @@ impl Store {
             let failed = |error| (first(request).expect("it is one of them"), error);
             Ok((request, self.model(request).map_err(failed)?))
         };
-        let loaded = collect(once.into_par_iter().map(load).collect())?;
+        let loaded = collect(parallel::map(once, load))?;
         let by_request: HashMap<_, _> = loaded.into_iter().collect();
         Ok(requests.iter().map(|r| Arc::clone(&by_request[r])).collect())
     }
@@ -273,10 +271,7 @@ impl Store {
     /// Decodes images, in order, on the threads of the current rayon pool; or says what is wrong with each that is broken,
     /// unless a placeholder takes its place. The key of a placeholder is `None`.
     pub fn images(&self, requests: &[ImageRequest]) -> Result<Vec<(Option<BitmapKey>, Bitmap)>, Vec<AssetError>> {
-        let read = requests
-            .par_iter()
-            .map(|request| EncodedImage::read(request, &self.files));
-        let encoded: Vec<Result<EncodedImage, ImageError>> = read.collect();
+        let encoded = parallel::map(requests, |request| EncodedImage::read(request, &self.files));
         let halvings = self.halvings(&encoded);
         let mut known = std::mem::take(&mut *self.kept.lock().unwrap_or_else(PoisonError::into_inner));
         let images = encoded.into_iter().zip(halvings).zip(requests);
@@ -300,7 +295,7 @@ impl Store {
             };
             Ok((key, bitmap))
         };
-        let loaded: Vec<Result<_, ImageError>> = keyed.into_par_iter().map(decode).collect();
+        let loaded: Vec<Result<_, ImageError>> = parallel::map(keyed, decode);
         let kept = loaded.into_iter().zip(requests).map(|(image, request)| match image {
             Err(e) if self.missing == MissingAssets::Placeholder => Ok((None, self.replace(&request.source, &e))),
             image => {

@@ -1,7 +1,5 @@
 //! Warnings of pictures that show next to nothing.
 
-use rayon::prelude::*;
-
 use super::{
     Plan,
     plan::metering::{objects_pass, surfaces},
@@ -10,7 +8,7 @@ use crate::{
     camera::FrameCamera,
     film::{Film, passes::Display},
     light::Light,
-    math::Rgb,
+    math::{Rgb, parallel},
     output::{Coverage, PixelDisplay},
     render::{Content, Control, Renderer, SampleBudget, Settings},
     scene::Scene,
@@ -42,9 +40,9 @@ pub(super) fn fault(
         display.gain() * r.max(g).max(b) > CLIPPED && shown(pixel).contains(&255)
     };
     let pixels = film.beauty();
-    let black = pixels.par_iter().filter(|pixel| is_black(pixel)).count();
+    let black = parallel::count(pixels, is_black);
     let lit = pixels.len() - black;
-    let clipped = pixels.par_iter().filter(|pixel| is_clipped(pixel)).count();
+    let clipped = parallel::count(pixels, is_clipped);
     if 2 * clipped > lit {
         let exposure = match &plan.picture.metering_camera {
             None => "; `--exposure auto` shows it as bright as suits it",

@@ -2,8 +2,6 @@
 
 use std::f32::consts::TAU;
 
-use rayon::prelude::*;
-
 use crate::{
     accel::{Accelerator, BatchLayout},
     camera::Camera,
@@ -12,7 +10,7 @@ use crate::{
     math::{
         Frame, Ray, Vec2, Vec3,
         hash::{pcg4d, unit_f32},
-        trig,
+        parallel, trig,
     },
     scene::{LightId, Scene, SurfaceInteraction},
 };
@@ -164,14 +162,14 @@ fn uniform([a, b, c]: [u32; 3]) -> Vec2 {
 /// Returns the surfaces that the rays hit, with the number of the ray.
 fn ends(scene: &Scene, accel: &dyn Accelerator, rays: &[Ray]) -> Vec<(usize, SurfaceInteraction)> {
     let mut hits: Vec<Option<Hit>> = vec![None; rays.len()];
-    rays.par_chunks(BATCH)
-        .zip(hits.par_chunks_mut(BATCH))
-        .for_each(|(rays, hits)| accel.nearest(rays, hits));
-    rays.par_iter()
-        .zip(&hits)
-        .enumerate()
-        .filter_map(|(i, (ray, hit))| hit.map(|hit| (i, scene.surface(ray, &hit))))
-        .collect()
+    let batches = rays.chunks(BATCH).zip(hits.chunks_mut(BATCH));
+    let found = parallel::map(batches.enumerate(), |(batch, (rays, hits))| -> Vec<_> {
+        accel.nearest(rays, hits);
+        let found = rays.iter().zip(hits).zip(BATCH * batch..);
+        let surfaces = found.filter_map(|((ray, hit), i)| Some((i, scene.surface(ray, hit.as_ref()?))));
+        surfaces.collect()
+    });
+    found.into_iter().flatten().collect()
 }
 
 /// Samples a cosine-distributed direction, on the side that the ray came from.

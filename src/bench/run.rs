@@ -2,13 +2,11 @@
 
 use std::{borrow::Cow, path::PathBuf, sync::Arc, time::Instant};
 
-use rayon::prelude::*;
-
 use super::{Buffers, BuildRow, Cell, RayKind, Report, tracer::Tracer};
 use crate::{
     accel::{self, AccelKind, Accelerator, BuildOptions, RayCost},
     geometry::{BuildError, Geometry},
-    math::Ray,
+    math::{Ray, parallel},
     native::{Embree, EmbreeError, EmbreeQuality},
     simd::Isa,
 };
@@ -362,9 +360,8 @@ fn count(c: &Candidate<'_>, rays: &[Ray]) -> (Option<f64>, Option<f64>) {
     };
     let rays = every((rays.len() / COUNTED).max(c.timed).max(1), rays);
     let mut costs = vec![RayCost::default(); rays.len()];
-    rays.par_chunks(COUNTED_TOGETHER)
-        .zip(costs.par_chunks_mut(COUNTED_TOGETHER))
-        .for_each(|(rays, costs)| accel.cost(rays, costs));
+    let batches = rays.chunks(COUNTED_TOGETHER).zip(costs.chunks_mut(COUNTED_TOGETHER));
+    parallel::for_each(batches, |(rays, costs)| accel.cost(rays, costs));
     let mean = |f: fn(&RayCost) -> u32| costs.iter().map(|c| f64::from(f(c))).sum::<f64>() / rays.len() as f64;
     (Some(mean(|c| c.nodes)), Some(mean(|c| c.prims)))
 }

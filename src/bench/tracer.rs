@@ -1,12 +1,10 @@
 //! Tracing of the rays of a cell, on the threads of the current rayon pool.
 
-use rayon::prelude::*;
-
 use super::rays::{BATCH, Buffers, RayKind};
 use crate::{
     accel::{Accelerator, RayBatch},
     geometry::Hit,
-    math::Ray,
+    math::{Ray, parallel},
     native::{Coherence, Embree, RayHit, RayHit16},
 };
 
@@ -47,7 +45,7 @@ impl Packets {
             RayHit16::new(&rays)
         };
         Self {
-            queries: order.par_chunks(16).map(packet).collect(),
+            queries: parallel::map(order.chunks(16), packet),
             places,
         }
     }
@@ -61,7 +59,7 @@ impl Tracer<'_> {
             // running.
             Self::Ours(_) if kind.is_occlusion() => Prepared::Occlusion(rays, vec![true; rays.len()]),
             Self::Ours(_) => Prepared::Nearest(rays, vec![None; rays.len()]),
-            Self::Embree1(_) => Prepared::Singles(rays.par_iter().map(RayHit::new).collect()),
+            Self::Embree1(_) => Prepared::Singles(rays.iter().map(RayHit::new).collect()),
             Self::Embree16(_, buffers) => Prepared::Packets(Packets::new(rays, &buffers.packet_order(kind))),
         }
     }
@@ -71,22 +69,21 @@ impl Tracer<'_> {
     pub fn trace(&self, kind: RayKind, prepared: &mut Prepared<'_>) {
         let layout = kind.layout();
         match (self, prepared) {
-            (Self::Ours(accel), Prepared::Occlusion(rays, blocked)) => rays
-                .par_chunks(BATCH)
-                .zip(blocked.par_chunks_mut(BATCH))
-                .with_max_len(1)
-                .for_each(|(rays, blocked)| accel.occluded_batch(RayBatch { rays, layout }, blocked)),
-            (Self::Ours(accel), Prepared::Nearest(rays, hits)) => rays
-                .par_chunks(BATCH)
-                .zip(hits.par_chunks_mut(BATCH))
-                .with_max_len(1)
-                .for_each(|(rays, hits)| accel.nearest_batch(RayBatch { rays, layout }, hits)),
+            (Self::Ours(accel), Prepared::Occlusion(rays, blocked)) => {
+                let batches = rays.chunks(BATCH).zip(blocked.chunks_mut(BATCH));
+                parallel::for_each(batches, |(rays, blocked)| {
+                    accel.occluded_batch(RayBatch { rays, layout }, blocked);
+                });
+            }
+            (Self::Ours(accel), Prepared::Nearest(rays, hits)) => {
+                let batches = rays.chunks(BATCH).zip(hits.chunks_mut(BATCH));
+                parallel::for_each(batches, |(rays, hits)| {
+                    accel.nearest_batch(RayBatch { rays, layout }, hits);
+                });
+            }
             (Self::Embree1(embree), Prepared::Singles(queries)) => {
                 let occlusion = kind.is_occlusion();
-                queries
-                    .par_chunks_mut(BATCH)
-                    .with_max_len(1)
-                    .for_each(|q| embree.trace_single(occlusion, q));
+                parallel::for_each(queries.chunks_mut(BATCH), |q| embree.trace_single(occlusion, q));
             }
             (Self::Embree16(embree, _), Prepared::Packets(packets)) => {
                 let occlusion = kind.is_occlusion();
@@ -94,11 +91,9 @@ impl Tracer<'_> {
                     RayKind::Primary => Coherence::Coherent,
                     _ => Coherence::Incoherent,
                 };
-                packets
-                    .queries
-                    .par_chunks_mut(BATCH / 16)
-                    .with_max_len(1)
-                    .for_each(|q| embree.trace_packets(occlusion, coherence, q));
+                parallel::for_each(packets.queries.chunks_mut(BATCH / 16), |q| {
+                    embree.trace_packets(occlusion, coherence, q);
+                });
             }
             _ => unreachable!("a tracer gets what it has prepared"),
         }

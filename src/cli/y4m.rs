@@ -3,8 +3,7 @@
 //! Their frames have 8 bits and the full resolution for colours too (4:4:4), by the matrix of BT.709 and in its limited range. Source:
 //! ITU-R BT.709-6; the header is that of mjpegtools' yuv4mpeg(5).
 
-use batch_render::output::FrameImage;
-use rayon::prelude::*;
+use batch_render::{math::parallel, output::FrameImage};
 
 /// The marks of a frame.
 const FRAME: &[u8] = b"FRAME\n";
@@ -20,8 +19,8 @@ pub fn frame(image: &FrameImage<'_>) -> Vec<u8> {
     let mut bytes = vec![0; FRAME.len() + 3 * pixels.len()];
     let (mark, planes) = bytes.split_at_mut(FRAME.len());
     mark.copy_from_slice(FRAME);
-    let planes = planes.par_chunks_exact_mut(pixels.len().max(1)).zip(PLANES);
-    planes.for_each(|(plane, fill)| fill(plane, &pixels));
+    let planes = planes.chunks_exact_mut(pixels.len().max(1)).zip(PLANES);
+    parallel::for_each(planes, |(plane, fill)| fill(plane, &pixels));
     bytes
 }
 

@@ -8,14 +8,12 @@ mod color;
 mod exposures;
 mod filters;
 
-use rayon::prelude::*;
-
 use self::{
     color::{hunt_lab, max_distance, opponent, rgb_of_opponent},
     filters::{Features, Filters, Plane},
 };
 use super::Picture;
-use crate::math::Rgb;
+use crate::math::{Rgb, parallel};
 
 /// Pixels of a degree of the viewer's sight: a display of 3,840 pixels and 0.7 m, 0.7 m away.
 const PIXELS_PER_DEGREE: f32 = 3840.0 * std::f32::consts::PI / 180.0;
@@ -44,8 +42,8 @@ pub(super) fn of_light(reference: &Picture, test: &Picture) -> Vec<f32> {
     for stops in exposures::of(&reference.pixels) {
         let shown = |picture: &Picture| -> Vec<Rgb> {
             let gain = libm::exp2f(stops);
-            let pixels = picture.pixels.par_iter();
-            pixels.map(|pixel| exposures::tone_mapped(*pixel, gain)).collect()
+            let pixels = &picture.pixels;
+            parallel::table(pixels.len(), |i| exposures::tone_mapped(pixels[i], gain))
         };
         let errors = ldr(reference.size, &shown(reference), &shown(test), &filters);
         for (most, error) in most.iter_mut().zip(errors) {
@@ -59,15 +57,11 @@ pub(super) fn of_light(reference: &Picture, test: &Picture) -> Vec<f32> {
 fn ldr(size: [u32; 2], reference: &[Rgb], test: &[Rgb], filters: &Filters) -> Vec<f32> {
     let (a, b) = (Seen::new(size, reference, filters), Seen::new(size, test, filters));
     let largest = libm::powf(max_distance(), COLOR_EXPONENT);
-    (0..reference.len())
-        .into_par_iter()
-        .with_min_len(4096)
-        .map(|i| {
-            let color = redistributed(libm::powf(a.colors[i].distance(b.colors[i]), COLOR_EXPONENT), largest);
-            let feature = a.features.difference(&b.features, i);
-            libm::powf(color, 1.0 - feature)
-        })
-        .collect()
+    parallel::table(reference.len(), |i| {
+        let color = redistributed(libm::powf(a.colors[i].distance(b.colors[i]), COLOR_EXPONENT), largest);
+        let feature = a.features.difference(&b.features, i);
+        libm::powf(color, 1.0 - feature)
+    })
 }
 
 /// A picture as the eye takes it.
@@ -78,7 +72,7 @@ struct Seen {
 
 impl Seen {
     fn new(size: [u32; 2], linear: &[Rgb], filters: &Filters) -> Self {
-        let opponents: Vec<[f32; 3]> = linear.par_iter().map(|rgb| opponent(*rgb)).collect();
+        let opponents = parallel::table(linear.len(), |i| opponent(linear[i]));
         let plane = |channel: usize| Plane {
             size,
             values: opponents.iter().map(|color| color[channel]).collect(),
@@ -89,12 +83,12 @@ impl Seen {
             size,
             values: planes[0].values.iter().map(|y| (y + 16.0) / 116.0).collect(),
         };
-        let colors = (0..linear.len()).into_par_iter().with_min_len(4096).map(|i| {
+        let colors = parallel::table(linear.len(), |i| {
             let rgb = rgb_of_opponent([0, 1, 2].map(|channel: usize| blurred[channel].values[i]));
             hunt_lab(rgb.map(|v| v.clamp(0.0, 1.0)))
         });
         Self {
-            colors: colors.collect(),
+            colors,
             features: filters.features(&gray),
         }
     }

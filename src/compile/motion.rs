@@ -5,8 +5,6 @@
 
 use std::{collections::BTreeMap, sync::Arc};
 
-use rayon::prelude::*;
-
 use super::{
     materials::model_material,
     model_lights,
@@ -25,7 +23,7 @@ use crate::{
     describe::{Part, SceneDesc},
     light::{Light, LightFind},
     material::{Material, MaterialId},
-    math::{DAffine3, Transform, Vec3, Vec4},
+    math::{DAffine3, Transform, Vec3, Vec4, parallel},
     scene::{LightId, MeshId, MeshPose, MeshTransform, ObjectFromGroup, ObjectId, Scene, SceneUpdate, ShadingUpdate},
     texture::{StTransform, TextureId},
     value::{Problem, Span},
@@ -311,9 +309,9 @@ type Arrays<'a> = (&'a [Vec3], &'a [Vec3], &'a [Vec4]);
 fn mesh_pose(mesh: MeshId, (positions, normals, tangents): Arrays<'_>, transform: &MeshTransform) -> MeshPose {
     MeshPose {
         mesh,
-        positions: transform.points(positions).collect(),
-        normals: normals.par_iter().map(|n| transform.normal(*n)).collect(),
-        tangents: tangents.par_iter().map(|t| transform.tangent(*t)).collect(),
+        positions: parallel::table(positions.len(), |i| transform.point(positions[i])),
+        normals: parallel::table(normals.len(), |i| transform.normal(normals[i])),
+        tangents: parallel::table(tangents.len(), |i| transform.tangent(tangents[i])),
     }
 }
 

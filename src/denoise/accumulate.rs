@@ -1,7 +1,5 @@
 //! The mean of a frame and those around it, where they do not differ by more than their noise.
 
-use rayon::prelude::*;
-
 use super::{
     albedo::AlbedoMean,
     blur,
@@ -15,7 +13,7 @@ use super::{
     signal::{Color, Signal},
 };
 use crate::{
-    math::{Dispatch, VectorLoop},
+    math::{Dispatch, VectorLoop, parallel},
     simd::Isa,
 };
 
@@ -147,7 +145,7 @@ fn weights_of(own: &Frame, other: &Signal, half: usize, (found, kind): (&[f32], 
     let least = if matches!(kind, Kind::SceneMoves) { LEAST } else { 0.0 };
     let mut distance = vec![0.0; own.pixels()];
     let [width, _] = own.size;
-    distance.par_chunks_mut(width).enumerate().for_each(|(y, out)| {
+    parallel::for_each(distance.chunks_mut(width).enumerate(), |(y, out)| {
         simd.dispatch(Difference {
             out,
             own: row(&own.signal.halves[half], y, width),
@@ -162,19 +160,14 @@ fn weights_of(own: &Frame, other: &Signal, half: usize, (found, kind): (&[f32], 
     } else {
         blur::mean(&distance, own.size, PATCH_RADIUS)
     };
-    smooth
-        .par_chunks_mut(width)
-        .zip(found.par_chunks(width))
-        .for_each(|(row, found)| {
-            for (distance, found) in row.iter_mut().zip(found) {
-                *distance = found
-                    * match kind {
-                        Kind::Still => still_weight(*distance),
-                        Kind::CameraMoves => weight(*distance),
-                        Kind::SceneMoves => weight(*distance - SLACK),
-                    };
-            }
-        });
+    parallel::update(&mut smooth, |i, distance| {
+        let weight = match kind {
+            Kind::Still => still_weight(*distance),
+            Kind::CameraMoves => weight(*distance),
+            Kind::SceneMoves => weight(*distance - SLACK),
+        };
+        *distance = found[i] * weight;
+    });
     smooth
 }
 
@@ -268,10 +261,10 @@ fn add(sum: &mut Color, color: &Color, weights: &[f32], simd: Isa) {
     }
     const PIXELS: usize = 1 << 14;
     for (sum, values) in sum.iter_mut().zip(color) {
-        sum.par_chunks_mut(PIXELS)
-            .zip(values.par_chunks(PIXELS))
-            .zip(weights.par_chunks(PIXELS))
-            .for_each(|((sum, values), weights)| simd.dispatch(Add(sum, values, weights)));
+        let parts = sum.chunks_mut(PIXELS).zip(values.chunks(PIXELS));
+        parallel::for_each(parts.zip(weights.chunks(PIXELS)), |((sum, values), weights)| {
+            simd.dispatch(Add(sum, values, weights));
+        });
     }
 }
 

@@ -1,6 +1,6 @@
 //! Means over squares of pixels.
 
-use rayon::prelude::*;
+use crate::math::parallel;
 
 /// The mean over the square of side `2 * radius + 1` around each pixel; beyond the edges the nearest pixel counts.
 pub(super) fn mean(values: &[f32], [width, height]: [usize; 2], radius: usize) -> Vec<f32> {
@@ -17,21 +17,19 @@ fn separable(values: &[f32], [width, height]: [usize; 2], taps: &[f32]) -> Vec<f
     let radius = taps.len() / 2;
     let scale = 1.0 / taps.iter().sum::<f32>();
     let mut across = vec![0.0; values.len()];
-    across
-        .par_chunks_mut(width)
-        .zip(values.par_chunks(width))
-        .for_each(|(out, row)| {
-            let mut padded = vec![row[0]; radius];
-            padded.extend(row);
-            padded.resize(width + 2 * radius, row[width - 1]);
-            for (i, tap) in taps.iter().enumerate() {
-                for (out, value) in out.iter_mut().zip(&padded[i..]) {
-                    *out += tap * scale * value;
-                }
+    let rows = across.chunks_mut(width).zip(values.chunks(width));
+    parallel::for_each(rows, |(out, row)| {
+        let mut padded = vec![row[0]; radius];
+        padded.extend(row);
+        padded.resize(width + 2 * radius, row[width - 1]);
+        for (i, tap) in taps.iter().enumerate() {
+            for (out, value) in out.iter_mut().zip(&padded[i..]) {
+                *out += tap * scale * value;
             }
-        });
+        }
+    });
     let mut down = vec![0.0; values.len()];
-    down.par_chunks_mut(width).enumerate().for_each(|(y, out)| {
+    parallel::for_each(down.chunks_mut(width).enumerate(), |(y, out)| {
         for (i, tap) in taps.iter().enumerate() {
             let from = (y + i).saturating_sub(radius).min(height - 1);
             for (out, value) in out.iter_mut().zip(&across[from * width..][..width]) {

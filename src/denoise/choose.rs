@@ -1,7 +1,5 @@
 //! The mixture of what the windows and the noisy mean say, by their estimated errors.
 
-use rayon::prelude::*;
-
 use super::{
     blur,
     denoised::Denoised,
@@ -9,6 +7,7 @@ use super::{
     nlm::Filtered,
     signal::{Color, Signal, black},
 };
+use crate::math::parallel;
 
 /// The halves of a run of evenly spread samples differ by more than the noise of their mean tells: they are taken to be correlated,
 /// with the other sign, by so much. Measured are 0 for indirect light and 0.3 to 0.7 at the edges of textures.
@@ -46,7 +45,7 @@ pub(super) fn choose(own: &Frame, (mean, modulation): (&Signal, &Color), windows
             let [a, b] = shares[i];
             (noisy[i] + a * (small[i] - noisy[i]) + b * (large[i] - noisy[i])) * modulation[i]
         };
-        (0..noisy.len()).into_par_iter().map(pixel).collect()
+        parallel::table(noisy.len(), pixel)
     };
     let beauty: Color = std::array::from_fn(|c| {
         let [small, large] = [0, 1].map(|w| mean_of(&windows[w].halves, c));
@@ -236,6 +235,6 @@ fn noise_left(filtered: &[Color; 2], size: [usize; 2]) -> Vec<f32> {
         let difference = |c: usize| filtered[0][c][i] - filtered[1][c][i];
         (0..3).map(|c| 0.25 * difference(c) * difference(c)).sum()
     };
-    let squares: Vec<f32> = (0..size[0] * size[1]).into_par_iter().map(pixel).collect();
+    let squares = parallel::table(size[0] * size[1], pixel);
     blur::mean(&squares, size, RADIUS)
 }

@@ -5,9 +5,8 @@
 //! the variance of a mean of as many pixels (a paired t-test). As with the beauty (`lighting`), slow changes of the light are followed,
 //! and what still differs is left out.
 
-use rayon::prelude::*;
-
 use super::{blur, signal::Color};
+use crate::math::parallel;
 
 /// The least variance, in parts of the square of the light.
 const LEAST: f32 = 0.02 * 0.02;
@@ -59,7 +58,7 @@ impl<'a> Window<'a> {
     }
 
     fn mean(&self, value: impl Fn(usize) -> f32 + Send + Sync) -> Vec<f32> {
-        let weighted = plane(self.weights.len(), |i| self.weights[i] * value(i));
+        let weighted = parallel::table(self.weights.len(), |i| self.weights[i] * value(i));
         let mut mean = blur::mean(&weighted, self.size, self.radius);
         for (mean, covered) in mean.iter_mut().zip(&self.covered) {
             *mean /= covered.max(f32::MIN_POSITIVE);
@@ -114,20 +113,16 @@ fn follow_layer([wide, near]: &[Window<'_>; 2], own: &Color, other: &mut Color) 
             1.0 + change * (quotient.clamp(1.0 / MOST, MOST) - 1.0)
         })
     };
-    let factors: Vec<[f32; 3]> = (0..pixels).into_par_iter().map(factors).collect();
+    let factors: Vec<[f32; 3]> = parallel::table(pixels, factors);
     for (c, plane) in other.iter_mut().enumerate() {
         plane.iter_mut().zip(&factors).for_each(|(value, by)| *value *= by[c]);
     }
     let followed = near.compare(own, other);
-    plane(pixels, |i| {
+    parallel::table(pixels, |i| {
         let shifts = [wide.shift(&compared, i, factors[i]), near.shift(&followed, i, [1.0; 3])];
         let alike = shifts.map(|shift| 1.0 - part(shift, FALL));
         wide.weights[i] * alike[0] * alike[1]
     })
-}
-
-fn plane(pixels: usize, value: impl Fn(usize) -> f32 + Send + Sync) -> Vec<f32> {
-    (0..pixels).into_par_iter().map(value).collect()
 }
 
 fn is_black(color: &Color) -> bool {

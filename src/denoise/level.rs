@@ -3,9 +3,8 @@
 //! Spots of light, such as mirrored lamps and suns, are many times as bright as what is around them, and no feature of the first
 //! surface tells where they end. Neither their light nor their noise is lent across such a step.
 
-use rayon::prelude::*;
-
 use super::signal::Color;
+use crate::math::parallel;
 
 /// Pixels on each side of a pixel that say how bright it may be taken to be.
 const RADIUS: usize = 2;
@@ -36,7 +35,7 @@ pub(super) fn levels(halves: &[Color; 2], [width, height]: [usize; 2]) -> Vec<f3
         let (_, median, _) = values[..count].select_nth_unstable_by(count / 2, f32::total_cmp);
         median.max(bright[i])
     };
-    (0..width * height).into_par_iter().map(level).collect()
+    parallel::table(width * height, level)
 }
 
 /// The part that counts of another pixel's light: less than 1 where one of the two is too bright for the other.
@@ -64,5 +63,5 @@ pub(super) fn noise_around(noise: &[f32], levels: &[f32], [width, height]: [usiz
         }
         sum
     };
-    (0..noise.len()).into_par_iter().map(pixel).collect()
+    parallel::table(noise.len(), pixel)
 }

@@ -3,8 +3,6 @@
 //! Two pixels are alike as far as the squares of the differences of their surroundings are no larger than the variance of the
 //! light lets expect, and their normals, albedos and depths are those of one smooth surface.
 
-use rayon::prelude::*;
-
 use super::{
     frame::{Frame, Guides},
     level::{levels, share},
@@ -12,7 +10,7 @@ use super::{
     signal::{Color, Signal, black},
 };
 use crate::{
-    math::{Dispatch, VectorLoop},
+    math::{Dispatch, VectorLoop, parallel},
     simd::Isa,
 };
 
@@ -65,18 +63,15 @@ pub(super) fn filter(signal: &Signal, own: &Frame, simd: Isa) -> [Filtered; 2] {
         .step_by(TILE[1])
         .flat_map(|y| (0..size[0]).step_by(TILE[0]).map(move |x| [x, y]))
         .collect();
-    let done: Vec<[Sums; 2]> = tiles
-        .par_iter()
-        .map(|corner| {
-            let mut out = None;
-            simd.dispatch(Task {
-                input: &input,
-                corner: *corner,
-                out: &mut out,
-            });
-            out.expect("every task sets its result")
-        })
-        .collect();
+    let done: Vec<[Sums; 2]> = parallel::map(&tiles, |corner| {
+        let mut out = None;
+        simd.dispatch(Task {
+            input: &input,
+            corner: *corner,
+            out: &mut out,
+        });
+        out.expect("every task sets its result")
+    });
     let layers = signal.light.len();
     let mut windows = [(); 2].map(|()| Filtered {
         halves: [black(size[0] * size[1]), black(size[0] * size[1])],

@@ -6,9 +6,8 @@
 //! Light that both halves of a pixel show stays, also where it is as small as a pixel, and so does light that three halves
 //! around show. As samples grow, the halves agree.
 
-use rayon::prelude::*;
-
 use super::signal::{Color, black};
+use crate::math::parallel;
 
 /// Pixels on each side of a pixel that say how bright it may be.
 const RADIUS: usize = 2;
@@ -23,7 +22,7 @@ pub(super) fn cut(halves: &mut [Color; 2], light: &mut [Color], size: [usize; 2]
     let brightness =
         |color: &Color| -> Vec<f32> { (0..pixels).map(|i| color[0][i] + color[1][i] + color[2][i]).collect() };
     let bright = [brightness(&halves[0]), brightness(&halves[1])];
-    let most: Vec<f32> = (0..pixels).into_par_iter().map(|i| most(&bright, size, i)).collect();
+    let most = parallel::table(pixels, |i| most(&bright, size, i));
     let mut lost = black(pixels);
     for i in 0..pixels {
         let keep = [0, 1].map(|half: usize| match bright[half][i] > most[i] {

@@ -4,8 +4,6 @@
 //! Where the camera rests and the scene is the same, pixels show the same. Where one of them has changed, a pixel must show the same
 //! surface, and its light is tested (`accumulate`).
 
-use rayon::prelude::*;
-
 use super::{
     albedo::{self, Albedo},
     frame::Frame,
@@ -14,6 +12,7 @@ use super::{
     projection::{Place, Projection},
     signal::Signal,
 };
+use crate::math::parallel;
 
 /// A frame at the pixels of another.
 pub(super) struct Reprojected {
@@ -27,7 +26,7 @@ pub(super) struct Reprojected {
 }
 
 /// The pixels that show what a pixel shows.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 struct Found {
     taps: Taps,
     /// The place of a surface that moves in the world.
@@ -67,14 +66,13 @@ pub(super) fn reproject<'a>(
         projection,
         way,
     };
-    let all: Vec<Found> = (0..own.pixels()).into_par_iter().map(|i| finder.find(i)).collect();
+    let all: Vec<Found> = parallel::table(own.pixels(), |i| finder.find(i));
     let gather = |plane: &[f32], square: bool| -> Vec<f32> {
-        let value = |found: &Found| {
-            let taps = found.taps.iter();
+        parallel::table(all.len(), |i| {
+            let taps = all[i].taps.iter();
             taps.map(|&(i, w)| if square { w * w } else { w } * plane[i as usize])
                 .sum()
-        };
-        all.par_iter().map(value).collect()
+        })
     };
     let covers = gather(&other.alpha, false);
     let albedo = finder.way.as_ref().map(|_| {
@@ -186,13 +184,11 @@ impl Finder<'_> {
 
     /// A plane of the other frame at these places, by cubic interpolation where a surface that moves fills the pixels around.
     fn sharp(&self, plane: &[f32], found: &[Found]) -> Vec<f32> {
-        let value = |found: &Found| -> f32 {
-            let sharp = found
-                .moves
-                .and_then(|place| cubic(self.other, place, plane, found.taps[0].0 as usize));
-            sharp.unwrap_or_else(|| found.taps.iter().map(|&(i, w)| w * plane[i as usize]).sum())
-        };
-        found.par_iter().map(value).collect()
+        parallel::table(found.len(), |i| {
+            let Found { taps, moves } = &found[i];
+            let sharp = moves.and_then(|place| cubic(self.other, place, plane, taps[0].0 as usize));
+            sharp.unwrap_or_else(|| taps.iter().map(|&(i, w)| w * plane[i as usize]).sum())
+        })
     }
 
     /// Whether pixel `j` of the other frame shows the surface of pixel `i`, whose inverse depth from there is given.

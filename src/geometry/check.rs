@@ -5,15 +5,13 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use super::{
     arrays::Geometry,
     error::{BuildError, MAX_COORDINATE},
     ids::PrimId,
     padding,
 };
-use crate::math::{Aabb, Vec3};
+use crate::math::{Aabb, Vec3, parallel};
 
 /// The smallest number of items that is worth another thread.
 pub(crate) const PAR_MIN_LEN: usize = 4096;
@@ -54,8 +52,7 @@ pub(crate) fn geometry(geometry: &Geometry) -> Result<(), BuildError> {
             geometry.groups[..after].iter().any(|g| g.vertices.contains(v))
         };
         let start = run.start;
-        let prims = geometry.triangles[run].par_iter().with_min_len(PAR_MIN_LEN);
-        if let Some(i) = prims.position_first(|t| t.iter().any(taken)) {
+        if let Some(i) = first(&geometry.triangles[run], |t| t.iter().any(taken)) {
             return Err(BuildError::SharedVertex { prim: start + i });
         }
     }
@@ -77,13 +74,9 @@ fn groups(geometry: &Geometry) -> Result<(), BuildError> {
         }
         (triangle, vertex) = (g.triangles.end, g.vertices.end);
     }
-    let bad = geometry
-        .instances
-        .par_iter()
-        .with_min_len(PAR_MIN_LEN)
-        .position_first(|i| {
-            i.group as usize >= geometry.groups.len() || i.transform as usize >= geometry.transforms.len()
-        });
+    let bad = first(&geometry.instances, |i| {
+        i.group as usize >= geometry.groups.len() || i.transform as usize >= geometry.transforms.len()
+    });
     bad.map_or(Ok(()), |instance| Err(BuildError::BadInstance { instance }))
 }
 
@@ -103,10 +96,9 @@ fn triangles(geometry: &Geometry, run: Range<usize>) -> Result<(), BuildError> {
         let v = *v as usize;
         v >= vertices || !is_sound(geometry.vertices[v])
     };
-    let bad = geometry.triangles[run.clone()]
-        .par_iter()
-        .with_min_len(PAR_MIN_LEN)
-        .position_first(|corners| corners.iter().any(bad_vertex));
+    let bad = first(&geometry.triangles[run.clone()], |corners| {
+        corners.iter().any(bad_vertex)
+    });
     let Some(at) = bad else { return Ok(()) };
     let prim = run.start + at;
     let corners = geometry.triangles[prim];
@@ -115,6 +107,14 @@ fn triangles(geometry: &Geometry, run: Range<usize>) -> Result<(), BuildError> {
         None if geometry.corners(prim).iter().all(|p| p.is_finite()) => BuildError::TooLarge { prim },
         None => BuildError::NotFinite { prim },
     })
+}
+
+/// The index of the first value for which `is` holds.
+fn first<T: Sync>(values: &[T], is: impl Fn(&T) -> bool + Sync) -> Option<usize> {
+    let found = parallel::map(values.chunks(PAR_MIN_LEN).enumerate(), |(chunk, values)| {
+        Some(chunk * PAR_MIN_LEN + values.iter().position(&is)?)
+    });
+    found.into_iter().flatten().next()
 }
 
 /// Returns the bounds of a shape, or `None` if it is unbounded.

@@ -28,12 +28,11 @@ use std::{
 };
 
 use glam::Mat3;
-use rayon::prelude::*;
 use serde::Deserialize;
 
 use super::LightSample;
 use crate::{
-    math::{ColorConversion, DMat3, Dispatch, Rgb, Vec2, Vec3, WorkingSpace, float, trig},
+    math::{ColorConversion, DMat3, Dispatch, Rgb, Vec2, Vec3, WorkingSpace, float, parallel, trig},
     texture::Bitmap,
     value::{NonNegative, Point, Spanned},
 };
@@ -105,25 +104,21 @@ impl Environment {
         };
         let is_negative = |c: Rgb| c.r < 0.0 || c.g < 0.0 || c.b < 0.0;
         let mut texels = vec![Rgb::BLACK; width * height];
-        let clamped = texels
-            .par_chunks_mut(width)
-            .zip(0..picture.height)
-            .map(|(row, y)| {
-                for (to, x) in row.iter_mut().zip(0..) {
-                    *to = texel(x, y);
-                }
-                (0..picture.width).filter(|x| is_negative(picture.rgb(*x, y))).count() as u64
-            })
-            .sum();
+        let clamped = parallel::map(texels.chunks_mut(width).zip(0..picture.height), |(row, y)| {
+            for (to, x) in row.iter_mut().zip(0..) {
+                *to = texel(x, y);
+            }
+            (0..picture.width).filter(|x| is_negative(picture.rgb(*x, y))).count() as u64
+        });
         let mut environment = Self {
             texels: texels.into(),
             width,
             height,
             world_from_map: world_from_map.as_mat3(),
             importance: None,
-            clamped,
+            clamped: clamped.iter().sum(),
         };
-        let luminances: Vec<f32> = environment.texels.par_iter().map(|c| luminance(*c) as f32).collect();
+        let luminances = parallel::table(width * height, |i| luminance(environment.texels[i]) as f32);
         environment.importance = ImportanceMap::new(&luminances, [width, height]).map(Arc::new);
         environment
     }

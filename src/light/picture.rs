@@ -3,11 +3,9 @@
 //! The picture is cut into blocks, and these into cells. A block is chosen by its light and by the solid angle under which it is
 //! seen, a cell by its light alone. A picture that is nearly even is not sampled: the surface is, as without a picture.
 
-use rayon::prelude::*;
-
 use super::{LightFind, area::AreaSample};
 use crate::{
-    math::{DVec3, Rgb, Vec2, Vec3, distribution::PiecewiseConstant2D},
+    math::{DVec3, Rgb, Vec2, Vec3, distribution::PiecewiseConstant2D, parallel},
     texture::{Color, ScenePlace, TexturePoint, Textures},
     value::{ColorSource, Point, Problem, Spanned},
 };
@@ -339,7 +337,7 @@ impl Picture {
             }
             sums
         };
-        let cells: Vec<Sums> = (0..counts[0] * counts[1]).into_par_iter().map(cell).collect();
+        let cells = parallel::map(0..counts[0] * counts[1], cell);
         let all = cells.iter().fold(Sums::default(), |sum, cell| Sums {
             light: sum.light + cell.light,
             squares: sum.squares + cell.squares,

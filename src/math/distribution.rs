@@ -4,9 +4,7 @@
 //! Sums are kept rounded, and probabilities are their differences: what a cell's probability is
 //! said to be is what sampling does, to the last bit.
 
-use rayon::prelude::*;
-
-use super::Vec2;
+use super::{Vec2, parallel};
 
 /// A cell that was chosen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -67,20 +65,14 @@ impl PiecewiseConstant2D {
     /// `None` where they do not add up to a number above 0.
     pub fn new([width, height]: [usize; 2], fill: impl Fn(usize, &mut [f64]) + Sync) -> Option<Self> {
         let (mut sums, mut guides) = (vec![0.0; width * height], vec![0; (width + 1) * height]);
-        let totals: Vec<f64> = sums
-            .par_chunks_mut(width)
-            .zip(guides.par_chunks_mut(width + 1))
-            .enumerate()
-            .map_init(
-                || vec![0.0; width],
-                |weights, (row, (sums, guide))| {
-                    fill(row, weights);
-                    let total = sum_up(weights, sums).unwrap_or(0.0);
-                    fill_guide(sums, guide);
-                    total
-                },
-            )
-            .collect();
+        let rows = sums.chunks_mut(width).zip(guides.chunks_mut(width + 1));
+        let totals = parallel::map(rows.enumerate(), |(row, (sums, guide))| {
+            let mut weights = vec![0.0; width];
+            fill(row, &mut weights);
+            let total = sum_up(&weights, sums).unwrap_or(0.0);
+            fill_guide(sums, guide);
+            total
+        });
         Some(Self {
             rows: PiecewiseConstant1D::new(&totals)?,
             sums,

@@ -1,4 +1,4 @@
-//! Numbers: the floor everything else stands on. Nothing here knows about scenes, files or threads.
+//! Numbers: the floor everything else stands on. Nothing here knows about scenes or files.
 
 pub mod aabb;
 pub mod block;
@@ -14,6 +14,7 @@ pub mod frame;
 pub mod hash;
 pub mod keys;
 pub mod origin;
+pub mod parallel;
 pub mod ray;
 pub mod rgb;
 mod runs;

@@ -1,10 +1,12 @@
 //! Finished frames, the input of every format.
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use super::{FrameMetadata, PixelDisplay};
-use crate::film::{Film, Plane};
+use crate::{
+    film::{Film, Plane},
+    math::parallel,
+};
 
 /// A finished frame, the input of every format.
 #[derive(Clone, Copy, Debug)]
@@ -52,8 +54,7 @@ impl<'a> FrameImage<'a> {
     pub fn pixels_over_black(&self) -> Vec<[u8; 3]> {
         let display = self.display();
         let pixel = |i: usize| display.rgb8(self.channels(i));
-        let pixels = (0..self.film.window.area()).into_par_iter();
-        pixels.with_min_len(4096).map(pixel).collect()
+        parallel::table(self.film.window.area(), pixel)
     }
 
     /// The planes of formats with layers.

@@ -19,14 +19,15 @@ use std::{
     path::Path,
 };
 
-use rayon::prelude::*;
-
 use super::{
     Attribute, Contents, EncodeError, Encoding, FileFacts, Format, FrameImage, WriteReport,
     join::{CropFile, JoinError},
     seal,
 };
-use crate::film::{PixelType, Plane, passes::BEAUTY};
+use crate::{
+    film::{PixelType, Plane, passes::BEAUTY},
+    math::parallel,
+};
 
 use array::{Array, Element};
 use file::{open, write};
@@ -62,9 +63,10 @@ impl Format for Npz {
             arrays.extend(arrays_of(plane, [height, width]));
         }
         if !frame.planes().iter().any(|plane| plane.spec.pass == BEAUTY) {
-            let alpha = frame.film.beauty().par_iter().map(|pixel| pixel[3].to_le_bytes());
+            let beauty = frame.film.beauty();
+            let alpha = parallel::table(beauty.len(), |i| beauty[i][3].to_le_bytes());
             let shape = vec![height, width];
-            arrays.push(Array::owned(ALPHA.to_owned(), Element::F32, shape, alpha.collect()));
+            arrays.push(Array::owned(ALPHA.to_owned(), Element::F32, shape, alpha));
         }
         Ok(WriteReport {
             bytes: write(arrays, encoding.npz, out)?,
@@ -119,15 +121,10 @@ fn ranked(plane: &Plane, first: usize) -> Vec<[u8; 4]> {
     let (step, ranks) = (plane.spec.step(), plane.spec.ranks as usize);
     let layers = plane.spec.width() / step;
     let layer = plane.values.len() / layers;
-    let mut numbers = vec![[0; 4]; layer / step * ranks];
-    let pixels = numbers.par_chunks_exact_mut(ranks).with_min_len(4096).enumerate();
-    pixels.for_each(|(i, numbers)| {
-        for (rank, number) in numbers.iter_mut().enumerate() {
-            let value = plane.values[rank / 2 * layer + i * step + rank % 2 * 2 + first];
-            *number = value.to_le_bytes();
-        }
-    });
-    numbers
+    parallel::table(layer / step * ranks, |i| {
+        let (pixel, rank) = (i / ranks, i % ranks);
+        plane.values[rank / 2 * layer + pixel * step + rank % 2 * 2 + first].to_le_bytes()
+    })
 }
 
 /// The facts of a file by its metadata; of another program's file the size of its first picture.

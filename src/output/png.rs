@@ -14,8 +14,6 @@ use std::{
     path::Path,
 };
 
-use rayon::prelude::*;
-
 use super::{
     Attribute, Contents, Coverage, EncodeError, Encoding, FileFacts, Format, FrameImage, FrameMetadata, Shown, Value,
     WriteReport,
@@ -26,7 +24,7 @@ use super::{
 };
 use crate::{
     film::{Film, Window},
-    math::hash,
+    math::{hash, parallel},
 };
 
 use facts::facts;
@@ -99,8 +97,8 @@ fn inspect(path: &Path) -> Option<FileFacts> {
 
 /// The number of NaNs among the shown values.
 pub(super) fn nans(frame: &FrameImage) -> u64 {
-    let count = |values: &[f32]| values.par_iter().filter(|v| v.is_nan()).count() as u64;
-    let alpha = || frame.film.beauty().par_iter().filter(|p| p[3].is_nan()).count() as u64;
+    let count = |values: &[f32]| parallel::count(values, |v| v.is_nan()) as u64;
+    let alpha = || parallel::count(frame.film.beauty(), |p| p[3].is_nan()) as u64;
     match (frame.shown, frame.picture().spec.pass.is_light()) {
         (Shown::All, _) => count(&frame.picture().values),
         (Shown::Plane(_), true) => count(&frame.picture().values) + alpha(),
@@ -149,26 +147,22 @@ fn chances(window: Window, pixel: usize) -> [f32; 3] {
 }
 
 /// The values of all pixels: three of `rgb`, and `alpha` if it carries information.
-fn encoded<T: Copy + Send>(
+fn encoded<T: Copy + Default + Send>(
     pixels: usize,
     coverage: Coverage,
     rgb: impl Fn(usize) -> [T; 3] + Sync + Send,
     alpha: impl Fn(usize) -> T + Sync + Send,
 ) -> Vec<T> {
     match coverage {
-        Coverage::Full => collect(pixels, rgb).into_flattened(),
+        Coverage::Full => parallel::table(pixels, rgb).into_flattened(),
         Coverage::Partial => {
             let rgba = |i: usize| {
                 let [r, g, b] = rgb(i);
                 [r, g, b, alpha(i)]
             };
-            collect(pixels, rgba).into_flattened()
+            parallel::table(pixels, rgba).into_flattened()
         }
     }
-}
-
-fn collect<T: Send, const N: usize>(pixels: usize, pixel: impl Fn(usize) -> [T; N] + Sync + Send) -> Vec<[T; N]> {
-    (0..pixels).into_par_iter().with_min_len(4096).map(pixel).collect()
 }
 
 /// The texts of every file.

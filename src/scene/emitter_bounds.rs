@@ -1,7 +1,5 @@
 //! The bounds of emitters, from which the light tree is built.
 
-use rayon::prelude::*;
-
 use super::{
     Emitters, MeshRecord, SceneGeometry, SceneShading,
     emitters::{corner_uvs, is_constant_emission, shape_point, texture_point, uniform_point},
@@ -10,7 +8,7 @@ use crate::{
     geometry::{Geometry, PrimId},
     light::{LightBounds, OrientationCone, Sidedness, area},
     material::{Emission, Material},
-    math::{Aabb, Rgb, Transform, Vec2, Vec3, exponential},
+    math::{Aabb, Rgb, Transform, Vec2, Vec3, exponential, parallel},
     shape::{Shape, triangle},
     texture::TexturePoint,
 };
@@ -91,24 +89,32 @@ impl SceneShading {
         };
         let radiance_at = |triangle: u32| self.triangle_radiance(geometry, &emission, mesh, triangle);
         let first = all.len();
-        all.par_extend(mesh.triangles.clone().into_par_iter().map(|i| {
+        let none = LightBounds {
+            bounds: Aabb::EMPTY,
+            directions: OrientationCone::ALL,
+            power: 0.0,
+        };
+        all.resize(first + mesh.triangles.len(), none);
+        let of_mesh = &mut all[first..];
+        let triangle_of = |k: usize| mesh.triangles.start + k as u32;
+        parallel::update(of_mesh, |k, own| {
+            let i = triangle_of(k);
             let corners = geometry.corners(i as usize);
             let normal = (corners[1] - corners[0]).cross(corners[2] - corners[0]);
             let area = triangle::area(corners) as f32;
             let directions = normal.try_normalize().map_or(OrientationCone::ALL, |n| {
                 OrientationCone::flat(n, sidedness(Some(emission)))
             });
-            LightBounds {
+            *own = LightBounds {
                 bounds: Aabb::from_points(corners),
                 directions,
                 power: area * radiance_at(i),
-            }
-        }));
+            };
+        });
         if is_constant_emission(&emission) {
             return;
         }
         // A texture that is dark at the sampled points may be bright between them.
-        let of_mesh = &mut all[first..];
         let (power, area) = (
             of_mesh.iter().map(|b| f64::from(b.power)).sum::<f64>(),
             areas(geometry, mesh).sum::<f64>(),
@@ -118,19 +124,17 @@ impl SceneShading {
         } else {
             emission.scale * MIN_RELATIVE_RADIANCE
         };
-        of_mesh
-            .par_iter_mut()
-            .zip(mesh.triangles.clone())
-            .for_each(|(bounds, i)| {
-                let points = triangle_points(geometry, mesh, i, [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
-                let most = self.textures().max_within(&emission.radiance, &points) * emission.scale;
-                if most <= mean * DIM_RADIANCE {
-                    bounds.power = 0.0;
-                } else {
-                    let area = triangle::area(geometry.corners(i as usize)) as f32;
-                    bounds.power += MESH_MEAN_WEIGHT * mean.min(most) * area;
-                }
-            });
+        parallel::update(of_mesh, |k, bounds| {
+            let i = triangle_of(k);
+            let points = triangle_points(geometry, mesh, i, [[0.0, 0.0], [1.0, 0.0], [0.0, 1.0]]);
+            let most = self.textures().max_within(&emission.radiance, &points) * emission.scale;
+            if most <= mean * DIM_RADIANCE {
+                bounds.power = 0.0;
+            } else {
+                let area = triangle::area(geometry.corners(i as usize)) as f32;
+                bounds.power += MESH_MEAN_WEIGHT * mean.min(most) * area;
+            }
+        });
     }
 
     /// The mean radiance of a triangle over a few points, in W m^-2 sr^-1.

@@ -1,15 +1,14 @@
 //! Transforms of a mesh's vertices and normals.
 
 use glam::{DAffine3, DMat3};
-use rayon::prelude::*;
 
 use crate::{
-    math::{Vec3, Vec4},
+    math::{Vec3, Vec4, parallel},
     shape::mesh::Mesh,
 };
 
-/// The least number of items of a parallel task.
-const PAR_MIN_LEN: usize = 16384;
+/// The triangles of a task.
+const TOGETHER: usize = 16384;
 
 /// An affine map of a mesh, possibly mirrored or singular.
 #[derive(Clone, Copy, Debug)]
@@ -18,6 +17,7 @@ pub(crate) struct MeshTransform {
     /// The inverse transpose times the determinant's magnitude, which exists for singular maps too.
     normals: DMat3,
     pub mirrors: bool,
+    is_identity: bool,
     keeps_all: bool,
 }
 
@@ -34,6 +34,7 @@ impl MeshTransform {
             world_from_mesh,
             normals: if mirrors { -cofactors } else { cofactors },
             mirrors,
+            is_identity: world_from_mesh == DAffine3::IDENTITY,
             keeps_all: false,
         }
     }
@@ -49,26 +50,27 @@ impl MeshTransform {
     /// Appends the mesh's vertices to `vertices` and its triangles to `triangles`, except those without area unless all are
     /// kept. The front of a triangle stays its front.
     pub fn append(&self, mesh: &Mesh, vertices: &mut Vec<Vec3>, triangles: &mut Vec<[u32; 3]>) {
-        let first = vertices.len() as u32;
-        vertices.par_extend(self.points(&mesh.positions));
-        let vertices = &vertices[..];
-        triangles.par_extend(mesh.triangles.par_iter().with_min_len(PAR_MIN_LEN).filter_map(|t| {
-            let [a, b, c] = t.map(|v| v + first);
+        let first = vertices.len();
+        vertices.resize(first + mesh.positions.len(), Vec3::ZERO);
+        parallel::update(&mut vertices[first..], |i, p| *p = self.point(mesh.positions[i]));
+        let shown = |t: &[u32; 3]| {
+            let [a, b, c] = t.map(|v| v + first as u32);
             let corners = [a, b, c].map(|v| vertices[v as usize]);
             (self.keeps_all || has_area(corners)).then_some(if self.mirrors { [a, c, b] } else { [a, b, c] })
-        }));
+        };
+        let kept = parallel::map(mesh.triangles.chunks(TOGETHER), |some| -> Vec<_> {
+            some.iter().filter_map(shown).collect()
+        });
+        kept.iter().for_each(|some| triangles.extend(some));
     }
 
-    /// Transforms the positions of vertices.
-    pub fn points<'a>(&'a self, positions: &'a [Vec3]) -> impl IndexedParallelIterator<Item = Vec3> + 'a {
-        let is_identity = self.world_from_mesh == DAffine3::IDENTITY;
-        positions.par_iter().with_min_len(PAR_MIN_LEN).map(move |p| {
-            if is_identity {
-                *p
-            } else {
-                self.world_from_mesh.transform_point3(p.as_dvec3()).as_vec3()
-            }
-        })
+    /// Transforms the position of a vertex.
+    pub fn point(&self, p: Vec3) -> Vec3 {
+        if self.is_identity {
+            p
+        } else {
+            self.world_from_mesh.transform_point3(p.as_dvec3()).as_vec3()
+        }
     }
 
     pub fn normal(&self, n: Vec3) -> Vec3 {

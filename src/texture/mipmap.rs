@@ -14,13 +14,11 @@
 
 use std::ops::Range;
 
-use rayon::prelude::*;
-
 use super::{
     Bitmap, Texture,
     bitmap::{Storage, is_alpha},
 };
-use crate::math::{UnitFloat, srgb};
+use crate::math::{UnitFloat, parallel, srgb};
 
 /// Gives levels to the bitmaps that one of `textures` looks at from afar, on the threads of the
 /// current rayon pool, and takes those of the others. Levels that are there stay.
@@ -31,8 +29,7 @@ pub fn add_levels(textures: &[Texture], bitmaps: &mut [Bitmap]) {
             wanted[bitmap.0 as usize] = true;
         }
     }
-    let each = bitmaps.par_iter_mut().zip(wanted);
-    each.for_each(|(bitmap, is_wanted)| match is_wanted {
+    parallel::for_each(bitmaps.iter_mut().zip(wanted), |(bitmap, is_wanted)| match is_wanted {
         true if bitmap.levels.is_empty() => build(bitmap),
         true => {}
         false => bitmap.levels = Vec::new(),
@@ -128,25 +125,25 @@ fn stored_like(storage: &Storage, channels: usize, values: &[f32]) -> Storage {
     let word = |v: f32| (v * 65535.0).round() as u16;
     match storage {
         Storage::Srgb8(_) => {
-            let code = |(i, v): (usize, &f32)| {
+            let code = |i: usize| {
                 if is_alpha(i, channels) {
-                    byte(*v)
+                    byte(values[i])
                 } else {
-                    srgb::encode8(*v)
+                    srgb::encode8(values[i])
                 }
             };
-            Storage::Srgb8(values.par_iter().enumerate().with_min_len(4096).map(code).collect())
+            Storage::Srgb8(parallel::table(values.len(), code))
         }
         Storage::Linear8(_) => Storage::Linear8(values.iter().map(|v| byte(*v)).collect()),
         Storage::Srgb16(_) => {
-            let code = |(i, v): (usize, &f32)| {
+            let code = |i: usize| {
                 if is_alpha(i, channels) {
-                    word(*v)
+                    word(values[i])
                 } else {
-                    srgb::encode16(*v)
+                    srgb::encode16(values[i])
                 }
             };
-            Storage::Srgb16(values.par_iter().enumerate().with_min_len(4096).map(code).collect())
+            Storage::Srgb16(parallel::table(values.len(), code))
         }
         Storage::Linear16(_) => Storage::Linear16(values.iter().map(|v| word(*v)).collect()),
         Storage::Unit(_) => Storage::Unit(values.iter().map(|v| UnitFloat::new(*v)).collect()),
@@ -209,8 +206,8 @@ fn shrink(
     let (columns, rows) = (Span::all(from[0], to[0]), Span::all(from[1], to[1]));
     let stride = from[0] as usize * channels;
     let mut out = vec![0.0; to[0] as usize * to[1] as usize * channels];
-    let lines = out.par_chunks_exact_mut(to[0] as usize * channels).zip(&rows);
-    lines.for_each(|(line, row)| {
+    let lines = out.chunks_exact_mut(to[0] as usize * channels).zip(&rows);
+    parallel::for_each(lines, |(line, row)| {
         for (texel, column) in line.chunks_exact_mut(channels).zip(&columns) {
             let mut seen = [0.0; 3];
             for y in row.texels.clone() {

@@ -3,15 +3,11 @@
 //! Source: Khronos, "glTF 2.0 Specification", sections 3.7.2.2 and 3.7.3.
 
 use glam::{DAffine3, DMat3, DVec3};
-use rayon::prelude::*;
 
 use crate::{
-    math::{Vec3, Vec4},
+    math::{Vec3, Vec4, parallel},
     shape::mesh::Mesh,
 };
-
-/// The least number of vertices of a parallel task.
-const PAR_MIN_LEN: usize = 4096;
 
 /// The displacements of a morph target for each vertex; arrays may be empty.
 #[derive(Clone, Debug, Default)]
@@ -178,10 +174,11 @@ impl Deform {
 impl MeshShape {
     /// Transforms each vertex by its own matrix.
     fn bend(&mut self, matrix: impl Fn(usize) -> DAffine3 + Sync) {
-        let vertices = (0..self.positions.len()).into_par_iter().with_min_len(PAR_MIN_LEN);
-        let matrices: Vec<DAffine3> = vertices.map(&matrix).collect();
-        let position = |(i, p): (usize, &mut Vec3)| *p = matrices[i].transform_point3(p.as_dvec3()).as_vec3();
-        let normal = |(i, n): (usize, &mut Vec3)| {
+        let matrices = parallel::table(self.positions.len(), matrix);
+        parallel::update(&mut self.positions, |i, p| {
+            *p = matrices[i].transform_point3(p.as_dvec3()).as_vec3();
+        });
+        parallel::update(&mut self.normals, |i, n| {
             let m = matrices[i].matrix3;
             let normals = DMat3::from_cols(
                 m.y_axis.cross(m.z_axis),
@@ -189,17 +186,11 @@ impl MeshShape {
                 m.x_axis.cross(m.y_axis),
             );
             *n = (normals * n.as_dvec3()).normalize_or_zero().as_vec3();
-        };
-        let tangent = |(i, t): (usize, &mut Vec4)| {
+        });
+        parallel::update(&mut self.tangents, |i, t| {
             let along = (matrices[i].matrix3 * t.truncate().as_dvec3()).normalize_or_zero();
             *t = along.as_vec3().extend(t.w);
-        };
-        let positions = self.positions.par_iter_mut().enumerate();
-        positions.with_min_len(PAR_MIN_LEN).for_each(position);
-        let normals = self.normals.par_iter_mut().enumerate();
-        normals.with_min_len(PAR_MIN_LEN).for_each(normal);
-        let tangents = self.tangents.par_iter_mut().enumerate();
-        tangents.with_min_len(PAR_MIN_LEN).for_each(tangent);
+        });
     }
 }
 

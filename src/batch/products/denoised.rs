@@ -7,8 +7,6 @@ use std::{
     path::PathBuf,
 };
 
-use rayon::prelude::*;
-
 use super::{
     denoise::{self, DenoiseRequest, DenoisedFrames, Helpers},
     films,
@@ -23,6 +21,7 @@ use crate::{
     },
     denoise::DenoiseError,
     error::Error,
+    math::parallel,
     output::{Coverage, Exr, ExrFile, Format as _, FrameImage, OutputError, Value},
     render::Cancel,
 };
@@ -98,8 +97,9 @@ pub(in crate::batch) fn write(
 
 /// Refuses rendered frames that are not those of the plan.
 fn refuse_foreign(plan: &Plan, inputs: InputHash) -> Result<(), DenoiseError> {
-    let stale = plan.frames.par_iter().filter_map(|frame| frame.stale(plan, inputs));
-    let foreign = stale.find_first(|stale| stale.reason == StaleReason::Outdated);
+    let stale = parallel::map(&plan.frames, |frame| frame.stale(plan, inputs));
+    let mut stale = stale.into_iter().flatten();
+    let foreign = stale.find(|stale| stale.reason == StaleReason::Outdated);
     foreign.map_or(Ok(()), |Stale { path, .. }| Err(DenoiseError::OtherJob { path }))
 }
 

@@ -2,13 +2,12 @@
 
 use std::{fmt, path::PathBuf};
 
-use rayon::prelude::*;
 use serde::Serialize;
 
 use crate::batch::{Plan, PlannedFrame, as_text, plan::time_limit};
 
 use super::fingerprint::{FINGERPRINT, Fingerprint, InputHash};
-use crate::output::Value;
+use crate::{math::parallel, output::Value};
 
 /// Why a frame is rendered again and not skipped.
 #[derive(Clone, Debug, PartialEq, Eq, Serialize)]
@@ -93,10 +92,9 @@ pub struct Survey {
 impl Survey {
     /// Inspects the files of these frames, on the threads of the current rayon pool.
     pub fn new(plan: &Plan, frames: &[PlannedFrame], inputs: InputHash) -> Self {
-        let stale = frames.par_iter().map(|frame| frame.stale(plan, inputs));
         Self {
             inputs,
-            stale: stale.collect(),
+            stale: parallel::map(frames, |frame| frame.stale(plan, inputs)),
         }
     }
 

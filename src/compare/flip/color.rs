@@ -20,7 +20,7 @@ const RGB: [[f32; 3]; 3] = [
 const WHITE: [f32; 3] = [0.950_428_55, 1.0, 1.088_900_3];
 
 /// CIE L*, a* and b*, a and b scaled by the brightness as Hunt's effect does.
-#[derive(Clone, Copy)]
+#[derive(Clone, Copy, Default)]
 pub struct Lab([f32; 3]);
 
 impl Lab {

@@ -3,7 +3,7 @@
 
 use std::f32::consts::PI;
 
-use rayon::prelude::*;
+use crate::math::parallel;
 
 /// The numbers of a picture's channel, row by row.
 #[derive(Clone)]
@@ -142,21 +142,20 @@ fn balanced(kernel: Kernel) -> Kernel {
 fn filtered(plane: &Plane, along_rows: &[f32], along_columns: &[f32]) -> Plane {
     let [width, height] = plane.size.map(|side| side as usize);
     let mut rows = vec![0.0; width * height];
-    rows.par_chunks_exact_mut(width)
-        .zip(plane.values.par_chunks_exact(width))
-        .for_each(|(to, from)| {
-            let radius = along_rows.len() / 2;
-            let padded: Vec<f32> = (0..width + 2 * radius)
-                .map(|x| from[x.saturating_sub(radius).min(width - 1)])
-                .collect();
-            for (i, weight) in along_rows.iter().enumerate() {
-                for (to, v) in to.iter_mut().zip(&padded[i..]) {
-                    *to += weight * v;
-                }
+    let lines = rows.chunks_exact_mut(width).zip(plane.values.chunks_exact(width));
+    parallel::for_each(lines, |(to, from)| {
+        let radius = along_rows.len() / 2;
+        let padded: Vec<f32> = (0..width + 2 * radius)
+            .map(|x| from[x.saturating_sub(radius).min(width - 1)])
+            .collect();
+        for (i, weight) in along_rows.iter().enumerate() {
+            for (to, v) in to.iter_mut().zip(&padded[i..]) {
+                *to += weight * v;
             }
-        });
+        }
+    });
     let mut values = vec![0.0; width * height];
-    values.par_chunks_exact_mut(width).enumerate().for_each(|(y, to)| {
+    parallel::for_each(values.chunks_exact_mut(width).enumerate(), |(y, to)| {
         let radius = along_columns.len() / 2;
         for (i, weight) in along_columns.iter().enumerate() {
             let row = (y + i).saturating_sub(radius).min(height - 1) * width;

@@ -9,10 +9,8 @@
 
 use std::{f64::consts::PI, ops::Range};
 
-use rayon::prelude::*;
-
 use super::patch::Patch;
-use crate::math::{Vec2, distribution::PiecewiseConstant2D};
+use crate::math::{Vec2, distribution::PiecewiseConstant2D, parallel};
 
 /// The most columns and rows of cells, but for the last row.
 const MAX_CELLS: [usize; 2] = [256, 128];
@@ -110,12 +108,12 @@ impl Luminances<'_> {
 
     /// The mean luminance of all directions.
     fn mean(&self) -> f64 {
-        let rows = (0..=self.height).into_par_iter().map(|row| {
+        let rows = parallel::map(0..self.height + 1, |row| {
             let total: f64 = self.row(&(0..self.width), row).map(|patch| patch.mean()).sum();
             total * self.solid_angle(row..row + 1)
         });
         // Summed in order, so that threads do not show.
-        rows.collect::<Vec<_>>().iter().sum::<f64>() / (4.0 * PI)
+        rows.iter().sum::<f64>() / (4.0 * PI)
     }
 
     /// The light of a patch that is above the floor.
@@ -199,7 +197,7 @@ impl ImportanceMap {
                 }
             }
         };
-        let all: Vec<_> = (0..columns * rows).into_par_iter().map(cell).collect();
+        let all = parallel::map(0..columns * rows, cell);
         let (mut cells, mut tables) = (Vec::with_capacity(all.len()), Vec::new());
         for (density, table) in all {
             let index = table.is_some().then_some(tables.len() as u32);

@@ -11,9 +11,8 @@
 
 use std::f64::consts::PI;
 
-use rayon::prelude::*;
-
 use super::spectrum::{COUNT, OZONE, Spectrum, spectrum};
+use crate::math::parallel;
 
 pub(super) const GROUND: f64 = 6360.0;
 pub(super) const TOP: f64 = 6420.0;
@@ -171,14 +170,14 @@ impl Atmosphere {
         };
         let [heights, directions] = COLUMNS;
         let column = |k: usize| Self::column(k / directions, k % directions);
-        atmosphere.columns = (0..heights * directions).into_par_iter().map(column).collect();
+        atmosphere.columns = parallel::map(0..heights * directions, column);
         let [heights, suns] = MULTIPLE;
         let multiple = |k: usize| {
             let at = |i: usize, count: usize| i as f64 / (count - 1) as f64;
             let x = at(k / suns, heights);
             atmosphere.multiple_at(GROUND + x * x * (TOP - GROUND), 2.0 * at(k % suns, suns) - 1.0)
         };
-        atmosphere.multiple = (0..heights * suns).into_par_iter().map(multiple).collect();
+        atmosphere.multiple = parallel::map(0..heights * suns, multiple);
         atmosphere
     }
 

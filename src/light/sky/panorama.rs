@@ -2,12 +2,11 @@
 
 use std::f64::consts::{FRAC_PI_2, PI};
 
-use rayon::prelude::*;
-
 use super::{
     atmosphere::{Air, Atmosphere, GROUND, Ray, aerosols_phase, molecules_phase},
     spectrum::{COUNT, SUNLIGHT, Spectrum, ToRgb},
 };
+use crate::math::parallel;
 
 /// The width and height of the picture, in texels.
 pub(super) const SIZE: [usize; 2] = [1024, 512];
@@ -112,7 +111,7 @@ impl Panorama {
             [&light.molecules, &light.aerosols, &light.multiple].map(shine)
         };
         Self {
-            nodes: (0..(ABOVE + BELOW) * AZIMUTHS).into_par_iter().map(node).collect(),
+            nodes: parallel::map(0..(ABOVE + BELOW) * AZIMUTHS, node),
             dip,
             elevation: setting.elevation,
             sun: shine(&atmosphere.sunlight(own.r, own.sin)).map(|c| c.max(0.0)),
@@ -163,7 +162,7 @@ impl Panorama {
             .map(|column| Column::new(2.0 * PI * (column as f64 + 0.5) / width as f64))
             .collect();
         let mut texels = vec![0.0; 3 * width * height];
-        texels.par_chunks_mut(3 * width).enumerate().for_each(|(row, to)| {
+        parallel::for_each(texels.chunks_mut(3 * width).enumerate(), |(row, to)| {
             let row = self.row(FRAC_PI_2 - PI * (row as f64 + 0.5) / height as f64);
             for (k, column) in columns.iter().enumerate() {
                 let color = self.radiance(&row, column).map(|c| c as f32);
@@ -218,7 +217,7 @@ fn irradiance(atmosphere: &Atmosphere, frame: &Frame) -> Spectrum {
         }
         sum
     };
-    let all: Vec<Spectrum> = (0..heights * azimuths).into_par_iter().map(from).collect();
+    let all: Vec<Spectrum> = parallel::map(0..heights * azimuths, from);
     let mut sum = [0.0; COUNT];
     for own in &all {
         sum.iter_mut()

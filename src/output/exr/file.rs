@@ -2,13 +2,6 @@
 
 use std::{io::BufReader, path::Path};
 
-use ::exr::{
-    block::{self, UncompressedBlock, chunk::Chunk, lines::LineIndex, reader::ChunksReader as _},
-    math::Vec2,
-    meta::attribute::SampleType,
-};
-use rayon::prelude::*;
-
 use super::{
     compression::Compression,
     cryptomatte,
@@ -18,8 +11,14 @@ use super::{
 };
 use crate::{
     film::Window,
+    math::parallel,
     output::{Attribute, BlockShape, EncodeError, Value, facts},
     scene::MatteTable,
+};
+use ::exr::{
+    block::{self, UncompressedBlock, chunk::Chunk, lines::LineIndex, reader::ChunksReader as _},
+    math::Vec2,
+    meta::attribute::SampleType,
 };
 
 /// The attributes that the writer computes.
@@ -242,8 +241,8 @@ impl ExrFile {
                 return Ok(());
             }
             let unpack = |chunk| UncompressedBlock::decompress_chunk(chunk, &meta, true);
-            let blocks: Result<Vec<UncompressedBlock>, _> = some.into_par_iter().map(unpack).collect();
-            for block in blocks.map_err(unreadable)? {
+            for block in parallel::map(some, unpack) {
+                let block = block.map_err(unreadable)?;
                 let part = &mut self.parts[block.index.layer];
                 let channels = &meta.headers[block.index.layer].channels;
                 for (bytes, line) in LineIndex::lines_in_block(block.index, channels) {

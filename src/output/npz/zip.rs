@@ -10,10 +10,11 @@ use std::{
     io::{self, Read, Seek, SeekFrom, Write},
 };
 
+use crate::{
+    math::parallel,
+    output::{EncodeError, NpzCompression, counting::Counting},
+};
 use libdeflater::{CompressionLvl, Compressor, Decompressor};
-use rayon::prelude::*;
-
-use crate::output::{EncodeError, NpzCompression, counting::Counting};
 
 /// The level of deflate: that of EXR files.
 const LEVEL: i32 = 4;
@@ -115,10 +116,8 @@ pub(super) fn write(
     compression: NpzCompression,
     out: &mut dyn Write,
 ) -> Result<u64, EncodeError> {
-    let packed: Vec<Packed> = members
-        .par_iter()
-        .map(|member| member.pack(compression))
-        .collect::<Result<_, _>>()?;
+    let packed = parallel::map(members, |member| member.pack(compression));
+    let packed: Vec<Packed> = packed.into_iter().collect::<Result<_, _>>()?;
     let mut out = Counting { out, bytes: 0 };
     let mut directory = Vec::new();
     for (i, member) in packed.iter().enumerate() {
