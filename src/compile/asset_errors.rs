@@ -5,7 +5,7 @@ use std::{fmt, path::Path};
 use crate::{
     assets::AssetError,
     describe::{Diagnostics, FileKind, SceneDesc},
-    value::{Problem, Span, Spanned, one_line},
+    value::{Problem, Span, Spanned, is_override, one_line},
 };
 
 /// The most characters of a message without a line of the scene.
@@ -37,12 +37,9 @@ pub struct AssetErrors {
 impl AssetErrors {
     /// The errors of the files of this scene. Those of files that only models name are without a line.
     pub(super) fn of_scene(errors: Vec<FileError>, desc: &SceneDesc) -> Self {
-        // A model by itself stands for a text that is in no file.
-        let place = |error: &FileError| {
-            (desc.source.kind == FileKind::Scene)
-                .then(|| place(error, desc))
-                .flatten()
-        };
+        // A model by itself stands for a text that is in no file, but for what flags set.
+        let is_shown = |span: &Span| desc.source.kind == FileKind::Scene || is_override(span);
+        let place = |error: &FileError| place(error, desc).filter(is_shown);
         let mut placed: Vec<_> = errors.into_iter().map(|error| (place(&error), error.error)).collect();
         placed.sort_by_key(|(span, _)| span.as_ref().map_or(usize::MAX, |span| span.start));
         let messages = |(span, error): &(Option<Span>, AssetError)| {

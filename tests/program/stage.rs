@@ -61,7 +61,15 @@ fn an_environment_of_a_flag_starts_at_the_current_folder() {
     assert_eq!(folder.succeed(&job), "");
     let other = folder.succeed(&["a/s.toml", "-o", "p.exr", "--list-stale"]);
     assert!(other.contains("p.exr"), "{other}");
-    folder.fail(66, &["a/s.toml", "-o", "p.exr", "--environment", "none.hdr"]);
+    // The message names the flag, also where a model by itself has no file of a scene.
+    std::fs::copy(repo_str("scenes/cube/cube.obj"), folder.path("cube.obj")).expect("a copy");
+    for scene in ["a/s.toml", "cube.obj"] {
+        let message = folder.fail(66, &[scene, "-o", "p.exr", "--environment", "none.hdr"]);
+        assert!(
+            message.starts_with("error: --environment: cannot read image: "),
+            "{message}"
+        );
+    }
 }
 
 #[test]
