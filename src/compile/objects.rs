@@ -18,7 +18,7 @@ use crate::{
     material::MaterialId,
     math::{DAffine3, DVec3},
     scene::{ObjectBackFaces, ObjectId, ObjectRole},
-    shape::{ShapeDesc, mesh::MeshDesc},
+    shape::ShapeDesc,
     value::{Problem, Spanned, UnknownName},
 };
 
@@ -125,7 +125,7 @@ impl Compiler<'_> {
                 };
                 let placed = models[whole].clone();
                 let name = name_of(object, placed.described);
-                let asset = mesh_of(object).map(|mesh| mesh.file.get_ref().as_str());
+                let asset = object.shape.get_ref().mesh().map(|mesh| mesh.file.get_ref().as_str());
                 let id = self.scene.object(&name, asset, material.unwrap_or(MaterialId(0)));
                 self.scene.set_part_of(id, placed.object);
                 self.object_settings(&own, id);
@@ -205,21 +205,13 @@ fn place(object: &ObjectDesc, origin: DVec3) -> Result<ObjectPlace, Problem> {
 
 /// Whether its geometry comes from a file, which may bring materials and lights.
 pub(super) fn is_model(object: &ObjectDesc) -> bool {
-    mesh_of(object).is_some()
-}
-
-/// The mesh of an object whose geometry comes from a file.
-pub(super) fn mesh_of(object: &ObjectDesc) -> Option<&MeshDesc> {
-    match object.shape.get_ref() {
-        ShapeDesc::Mesh(mesh) => Some(mesh),
-        _ => None,
-    }
+    object.shape.get_ref().mesh().is_some()
 }
 
 /// Whether a mesh of the scene plays animations.
 pub fn plays_animations(desc: &SceneDesc) -> bool {
     let plays = |object: &ObjectDesc| {
-        let animation = mesh_of(object).and_then(|mesh| mesh.animation.as_ref());
+        let animation = object.shape.get_ref().mesh().and_then(|mesh| mesh.animation.as_ref());
         animation.is_some_and(|choice| !choice.is_empty())
     };
     desc.objects.iter().any(plays)
@@ -251,7 +243,7 @@ pub fn check_names(desc: &SceneDesc, entity: Entity, store: &Store) -> Result<()
                 let known = desc.materials.iter().map(|material| &material.name);
                 return Err(message(undefined("material", name.get_ref(), name.span(), known)));
             }
-            let Some(mesh) = mesh_of(object) else {
+            let Some(mesh) = object.shape.get_ref().mesh() else {
                 return Ok(());
             };
             let path = desc.folder().join(mesh.file.get_ref());

@@ -1,7 +1,7 @@
 //! Warnings about keys of objects that have no effect beside the others.
 
 use super::{
-    objects::{is_model, mesh_of, name_of},
+    objects::{is_model, name_of},
     options::LoadOptions,
     placed::{LoadedModels, PlacedModel},
 };
@@ -29,7 +29,7 @@ pub(super) fn warn(
         warnings.add_topic(WarningKind::UNUSED_SETTING, key, name, text);
     };
     for (index, object) in desc.objects.iter().enumerate() {
-        if let Some(key) = mesh_of(object).and_then(unused_of_subdivision) {
+        if let Some(key) = object.shape.get_ref().mesh().and_then(unused_of_subdivision) {
             warn(index, key, "the mesh has no `subdivide`");
         }
         let parts = object.part.iter().map(|part| object.with_part(part));
