@@ -34,7 +34,7 @@ material = "ball"
 shape.sphere = { center = [0, 0.7, 0], radius = 0.7 }
 "#;
 
-const LIGHTS: [(&str, &str); 7] = [
+const LIGHTS: [(&str, &str); 8] = [
     (
         "one lamp, stretched",
         r#"
@@ -96,6 +96,15 @@ tube = { from = [-1, 1.2, -1.5], to = [1, 2.2, -1.5], radius = 0.1, power = 20 }
 spot = { position = [0, 3, 1], target = [0, 0, 0], cone_angle = 40, penumbra_angle = 20, power = 60, radius = 0.4 }
 [[light]]
 point = { position = [-2, 1.5, -1], intensity = 2, radius = 0.3, reflections = false }
+"#,
+    ),
+    (
+        "wide lamps with narrow beams",
+        r#"
+[[light]]
+rect = { position = [0, 2.6, 0], direction = [0.1, -1, 0], size = [4, 4], power = 60, spread = 0.3 }
+[[light]]
+disk = { position = [-2.5, 1.2, 0.5], direction = [1, -0.1, 0], radius = 2, power = 30, spread = 0.25, two_sided = true }
 "#,
     ),
     (
