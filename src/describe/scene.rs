@@ -307,6 +307,10 @@ pub struct LightEntry {
 /// object counts as one of the objects, unless it is a catcher, too; lights are those of the plate. Mirrors and surfaces that light
 /// bounces from meet a catcher as any object. Passes of light components and light groups leave it out; data and mattes have it.
 ///
+/// Catchers take time: where they fill the picture, all paths are traced twice, and the frame takes two to three times as long. A holdout throws
+/// its shadow on catchers as any object does. What lies behind glass, also behind a thin pane, is seen through an object: its alpha is 1
+/// there, and a catcher shows as the surface that it is.
+///
 /// **One-sided surfaces**: the back of a surface is the side that its geometric normal does not point to: of a shape the inside, of a triangle the side
 /// from which its corners run clockwise. With `back_faces = "shaded"` both sides look the same. `"black"`: the back reflects, transmits and emits nothing, and
 /// blocks light, as in Mitsuba without `twosided`. `"culled"`: rays that meet the back pass as if it were not there (backface culling): those of the
