@@ -46,7 +46,38 @@ pub fn strips() -> Vec<Strip> {
         columns: 3,
         size: [240, 135],
     };
+    let wall = |file, label, setting, values: &[&'static str], size| Strip {
+        file,
+        scene: include_str!("wall.toml"),
+        placeholder: "SHOWN",
+        setting,
+        label,
+        values: values.to_vec(),
+        columns: values.len() as u32,
+        size,
+    };
     vec![
+        wall(
+            "light/rect-spread",
+            "spread",
+            "rect = { position = [0, 2.1, 0.1], direction = [0, -1, 0], size = [0.9, 0.9], power = 8, spread = VALUE }",
+            &["1", "0.5", "0.2", "0.05", "0"],
+            [144, 144],
+        ),
+        wall(
+            "light/rect-texture",
+            "texture",
+            "rect = { position = [0, 1.2, -0.55], direction = [0, 0, 1], size = [1.6, 0.9], power = 6, texture = \"texture.VALUE\", camera = true }",
+            &["stripes", "board", "cells"],
+            [240, 160],
+        ),
+        wall(
+            "light/point-ies",
+            "direction",
+            "point = { position = [0, 1.8, -0.1], ies = \"scenes/kinds/wall-washer.ies\", power = 30, direction = VALUE }",
+            &["[0, -1, 0]", "[0.6, -1, 0]", "[0, 0, -1]"],
+            [240, 160],
+        ),
         ball(
             "material/metal-roughness",
             "roughness",
