@@ -238,6 +238,11 @@ impl CameraPath {
         self.pictures.as_deref()
     }
 
+    /// The frames of the keys.
+    pub fn keys(&self) -> impl Iterator<Item = f64> {
+        self.eye.times()
+    }
+
     /// The intrinsics of calibrated cameras, each with the frame from which on they hold.
     pub fn pinholes(&self) -> &[(f64, PinholeLens)] {
         &self.pinholes

@@ -217,8 +217,9 @@ impl RotationOrder {
         let [k, j, i] = self.axes();
         let m = |row: usize, column: usize| axes.col(column)[row];
         let sign = if (i + 1) % 3 == j { 1.0 } else { -1.0 };
-        let middle = libm::asin((sign * m(i, k)).clamp(-1.0, 1.0));
         let cos = m(i, i).hypot(m(i, j));
+        // Exact near 90 degrees too, where the arc sine is not.
+        let middle = libm::atan2(sign * m(i, k), cos);
         let (outer, inner) = if cos > 1e-9 {
             (
                 libm::atan2(-sign * m(j, k), m(k, k)),

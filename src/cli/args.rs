@@ -28,11 +28,18 @@ use super::{
     view_args::ViewArgs,
 };
 
+/// The help, with both usages on one line.
+const HELP: &str = "{about-with-newline}
+{usage-heading} batch-render [OPTIONS] <SCENE> [SCENE]... or batch-render <COMMAND>
+
+{all-args}{after-help}";
+
 /// Renders a scene along a camera path into EXR, NPZ, PNG and JPEG sequences.
 #[derive(Debug, Parser)]
 #[command(
     name = "batch-render",
     version,
+    help_template = HELP,
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
     disable_help_flag = true,
@@ -82,6 +89,9 @@ pub enum Command {
     /// Compare pictures with references: FLIP, errors, and an exit code
     #[command(after_long_help = super::compare_args::EXAMPLES)]
     Compare(super::compare_args::CompareArgs),
+    /// Convert cameras: CSV, COLMAP, transforms.json, .chan, TUM, glTF, OpenCV
+    #[command(after_long_help = super::convert_args::EXAMPLES)]
+    ConvertCamera(super::convert_args::ConvertArgs),
     /// Write a job for a farm: a batch script of Slurm, or a template of OpenJD
     Submit(Box<SubmitArgs>),
     /// Fly the camera through a scene on a page in the browser, and keep its path

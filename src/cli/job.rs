@@ -51,6 +51,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             Ok(())
         }
         Some(Command::Denoise(denoise)) => super::denoise::run(denoise, simd, args.quiet),
+        Some(Command::ConvertCamera(convert)) => super::convert::run(convert, args.quiet),
         Some(Command::Compare(compare)) => super::compare::run(compare, args.quiet),
         Some(Command::Submit(submit)) => super::submit::run(submit, simd),
         None => scenes::run(&args.render, (simd, args.quiet), render),

@@ -71,6 +71,11 @@ pub fn warnings(warnings: &Warnings) {
     }
 }
 
+/// Logs a warning.
+pub fn warn(text: &str) {
+    tracing::warn!("{text}");
+}
+
 /// Logs the warnings that are left when a command ends, also by an error.
 pub struct LastWarnings(pub Warnings);
 

@@ -8,6 +8,8 @@ mod bench_args;
 mod choices;
 mod compare;
 mod compare_args;
+mod convert;
+mod convert_args;
 mod create;
 mod denoise;
 mod denoise_args;

@@ -58,6 +58,11 @@ impl<T: Channel> Track<T> {
         Self { knots: knots.collect() }
     }
 
+    /// The times of its keys.
+    pub fn times(&self) -> impl Iterator<Item = f64> {
+        self.knots.iter().map(|knot| knot.time)
+    }
+
     /// The value at `time`; `None` for a track without keys.
     pub fn at(&self, time: f64) -> Option<T> {
         let next = self.knots.partition_point(|k| k.time <= time);

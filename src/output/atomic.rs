@@ -37,10 +37,10 @@ pub fn write<T>(
     Ok(written)
 }
 
-/// Writes texts to files in existing folders. On an error of any of them all old files stay.
-pub fn write_together(files: &[(PathBuf, String)]) -> Result<(), OutputError> {
-    let pending = |(path, text): &(PathBuf, String)| {
-        let pending = Pending::new(path, |out| Ok(out.write_all(text.as_bytes())?));
+/// Writes contents to files in existing folders. On an error of any of them all old files stay.
+pub fn write_together<C: AsRef<[u8]>>(files: &[(PathBuf, C)]) -> Result<(), OutputError> {
+    let pending = |(path, content): &(PathBuf, C)| {
+        let pending = Pending::new(path, |out| Ok(out.write_all(content.as_ref())?));
         pending.map(|(pending, ())| pending)
     };
     let pending: Vec<Pending> = files.iter().map(pending).collect::<Result<_, _>>()?;

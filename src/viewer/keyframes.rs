@@ -57,7 +57,8 @@ impl Keyframes {
             Some(format) if format.holds_values() => {}
             Some(format) => {
                 let (name, path) = (format.name, file.display());
-                let message = format!("keys are kept in CSV files, not in those of {name}: {path}");
+                let message =
+                    format!("keys are kept in CSV files, not in those of {name} (convert-camera makes one): {path}");
                 return Err(Error::Usage(message));
             }
             None => return Err(CameraPathError::UnknownFormat { path: file.to_owned() }.into()),

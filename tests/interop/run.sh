@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
-# Renders files of every kind and checks them with tools that nobody here wrote: OpenImageIO, OpenEXR, NumPy, ffmpeg and
-# cryptomatte-api, in a virtual environment of their own. Usage: tests/interop/run.sh [PROGRAM]. Where pip reaches no packages it says so, and is no error.
+# Renders files of every kind and checks them with tools that nobody here wrote: OpenImageIO, OpenEXR, NumPy, ffmpeg,
+# cryptomatte-api, COLMAP and OpenCV, in a virtual environment of their own. Usage: tests/interop/run.sh [PROGRAM]. Where pip reaches no packages it says so, and is no error.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 
@@ -8,7 +8,8 @@ program=$(realpath "${1:-${CARGO_TARGET_DIR:-target}/release/batch-render}")
 out=$(mktemp -d)
 trap 'rm -rf "$out"' EXIT
 
-packages=(OpenImageIO==3.2.2.0 OpenEXR==3.5.3 cryptomatte-api==1.0.0 jsonschema==4.26.0 imageio-ffmpeg taplo==0.9.3)
+packages=(OpenImageIO==3.2.2.0 OpenEXR==3.5.3 cryptomatte-api==1.0.0 jsonschema==4.26.0 imageio-ffmpeg taplo==0.9.3
+    pycolmap==4.2.1 opencv-python-headless==5.0.0.93)
 if ! { python3 -m venv "$out/venv" && "$out/venv/bin/pip" install -q "${packages[@]}"; } >"$out/pip.log" 2>&1; then
     echo "no files were checked by other tools: pip does not install ${packages[*]}"
     exit 0
@@ -59,3 +60,6 @@ if lint "$out/wrong.toml" || ! grep -q "'wdith' was unexpected" "$out/taplo.log"
     exit 1
 fi
 echo "taplo finds all scenes valid"
+
+mkdir "$out/cameras"
+"$out/venv/bin/python" tests/interop/cameras.py "$program" "$out/cameras"

@@ -210,3 +210,62 @@ fn a_calibration_alone_is_the_lens_of_the_scenes_camera() {
     let worst = a.iter().zip(&b).map(|(a, b)| (a - b).abs()).fold(0.0, f32::max);
     assert!(worst < 1e-5 && a.iter().any(|v| *v != 0.0), "{worst}");
 }
+
+#[test]
+fn conversions_say_what_is_lost_and_leave_nothing_where_they_fail() {
+    let folder = Folder::new();
+    folder.write("path.csv", "frame, eye_x, eye_y, eye_z, target_x, target_y, target_z, fov\n1, 0, 0, 5, 0, 0, 0, 40\n3, 1, 0, 5, 1, 0, 0, 40\n");
+    let said = crate::common::stderr(&folder.run(&["convert-camera", "path.csv", "camera.chan"]));
+    assert_eq!(said, "");
+    assert_eq!(
+        String::from_utf8(folder.read("camera.chan")).expect("a text"),
+        "1\t0\t0\t5\t0\t0\t0\t40\n2\t0.5\t0\t5\t0\t0\t0\t40\n3\t1\t0\t5\t0\t0\t0\t40\n"
+    );
+    let lens = r#"{"w": 8, "h": 6, "fl_x": 10, "k1": -0.1, "frames": [{"transform_matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 5]]}]}"#;
+    folder.write("lens.json", lens);
+    let said = crate::common::stderr(&folder.run(&["convert-camera", "lens.json", "lens.chan"]));
+    assert_eq!(
+        said.trim_end(),
+        "warning: chan files do not hold the size of pictures, the distortion of the lens: left out: lens.chan"
+    );
+    // A trajectory with the lens of another file.
+    folder.write("walk.tum", "0 0 0 5 1 0 0 0\n0.5 1 0 5 1 0 0 0\n");
+    let error = folder.fail(65, &["convert-camera", "walk.tum", "walk.json", "--fps", "4"]);
+    assert!(
+        error.contains("frame 0 has no lens: name a file with one (--lens): walk.json"),
+        "{error}"
+    );
+    folder.succeed(&[
+        "convert-camera",
+        "walk.tum",
+        "model/0",
+        "--fps",
+        "4",
+        "--lens",
+        "lens.json",
+    ]);
+    assert_eq!(
+        crate::common::names(&folder.path("model/0")),
+        ["cameras.txt", "images.txt", "points3D.txt"]
+    );
+    let cameras = String::from_utf8(folder.read("model/0/cameras.txt")).expect("a text");
+    assert!(cameras.ends_with("\n1 OPENCV 8 6 10 10 4 3 -0.1 0 0 0\n"), "{cameras}");
+    let images = String::from_utf8(folder.read("model/0/images.txt")).expect("a text");
+    assert!(
+        images.contains(" 0000.png\n\n") && images.contains(" 0002.png\n\n"),
+        "{images}"
+    );
+    let error = folder.fail(65, &["convert-camera", "path.csv", "path.json"]);
+    assert!(
+        error.contains("say the size of the pictures (--resolution): path.json"),
+        "{error}"
+    );
+    let error = folder.fail(2, &["convert-camera", "path.csv", "./path.csv"]);
+    assert!(error.contains("is a file that the job reads"), "{error}");
+    folder.fail(66, &["convert-camera", "nowhere.csv", "camera.chan"]);
+    folder.fail(65, &["convert-camera", "path.csv", "camera.xyz"]);
+    assert_eq!(
+        folder.names(),
+        ["camera.chan", "lens.chan", "lens.json", "model", "path.csv", "walk.tum"]
+    );
+}

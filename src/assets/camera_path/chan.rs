@@ -6,11 +6,15 @@
 //!
 //! Source: The Foundry, "Nuke User Guide", channel files; Blender's manual, "Nuke Animation (chan)", for the columns.
 
+use std::fmt::Write as _;
+
 use glam::DVec3;
 
 use super::{
-    PathProblem, PathProblems,
+    CameraPathFormat, PathProblem, PathProblems,
+    held::{Holds, POSES, Target, Written},
     source::{self, Source, Words},
+    still::Still,
 };
 use crate::camera::{
     LensOverrides, RotationOrder,
@@ -20,7 +24,16 @@ use crate::camera::{
 
 const NAMES: [&str; 6] = ["tx", "ty", "tz", "rx", "ry", "rz"];
 
-pub(super) fn read(source: &Source<'_>) -> Result<CameraPath, PathProblems> {
+pub(super) const FORMAT: CameraPathFormat = CameraPathFormat {
+    name: "chan",
+    extensions: &["chan"],
+    names: &[],
+    read,
+    holds: Holds { view: true, ..POSES },
+    write,
+};
+
+fn read(source: &Source<'_>) -> Result<CameraPath, PathProblems> {
     let order = source.options.rotation_order.unwrap_or(RotationOrder::Zxy);
     let (mut keys, mut problems) = (Vec::<PathKey>::new(), PathProblems::default());
     let mut columns = None;
@@ -78,4 +91,25 @@ fn key(words: &Words<'_>, count: usize, order: RotationOrder) -> Result<PathKey,
         interp: Interp::Smooth,
         name: None,
     })
+}
+
+/// Angles go on from those of the frame before.
+fn write(target: &Target<'_>, cameras: &[Still]) -> Written {
+    let order = target.rotation_order.unwrap_or(RotationOrder::Zxy);
+    let has_view = cameras
+        .iter()
+        .any(|camera| camera.fov.is_some() || camera.pixels.is_some());
+    let (mut text, mut before) = (String::new(), DVec3::ZERO);
+    for camera in cameras {
+        let angles = order.angles(&camera.axes);
+        let angles = angles + ((before - angles) / 360.0).round() * 360.0;
+        before = angles;
+        write!(text, "{}", camera.frame).expect("a text grows");
+        let view = has_view.then(|| camera.view("chan")).transpose()?;
+        for number in camera.eye.to_array().into_iter().chain(angles.to_array()).chain(view) {
+            write!(text, "\t{}", number + 0.0).expect("a text grows");
+        }
+        text.push('\n');
+    }
+    target.file(text)
 }

@@ -18,12 +18,14 @@ use std::collections::HashMap;
 use glam::DVec3;
 
 use super::{
-    PathProblem, PathProblems,
+    CameraPathFormat, PathProblem, PathProblems,
+    held::{Holds, Numbers, Target, Written},
     keys::{self, Frames, Posed},
     source::Source,
+    still::Still,
 };
 use crate::{
-    camera::{path::CameraPath, pinhole::PinholeLens},
+    camera::{ViewDistortion, path::CameraPath, pinhole::PinholeLens},
     value::one_line,
 };
 
@@ -31,9 +33,11 @@ mod binary;
 mod model;
 mod record;
 mod text;
+mod written;
 
 use model::FileCamera;
 use record::Picture;
+use written::Reconstruction;
 
 /// The most characters of a name that a message shows.
 const MOST_SHOWN: usize = 80;
@@ -46,7 +50,31 @@ pub(super) fn file_names(is_binary: bool) -> [&'static str; 2] {
     }
 }
 
-pub(super) fn read(source: &Source<'_>) -> Result<CameraPath, PathProblems> {
+pub(super) const FORMAT: CameraPathFormat = CameraPathFormat {
+    name: "colmap",
+    extensions: &["bin", "txt"],
+    names: &[
+        "images.bin",
+        "images.txt",
+        "cameras.bin",
+        "cameras.txt",
+        "points3D.bin",
+        "points3D.txt",
+    ],
+    read,
+    holds: Holds {
+        numbers: Numbers::InNames,
+        names: true,
+        view: true,
+        center: true,
+        pixels: true,
+        skew: false,
+        distortion: |distortion| !matches!(distortion, ViewDistortion::OpenCv([.., s1, s2, s3, s4]) if [*s1, *s2, *s3, *s4] != [0.0; 4]),
+    },
+    write,
+};
+
+fn read(source: &Source<'_>) -> Result<CameraPath, PathProblems> {
     let is_binary = source.path.extension().is_some_and(|ending| ending == "bin");
     let [images, cameras] = file_names(is_binary);
     let (images_path, cameras_path) = (source.path.with_file_name(images), source.path.with_file_name(cameras));
@@ -116,4 +144,28 @@ fn posed(
     } else {
         Err(problems)
     }
+}
+
+fn write(target: &Target<'_>, cameras: &[Still]) -> Written {
+    let is_binary = target.path.extension().is_some_and(|ending| ending == "bin");
+    let files = Reconstruction::new(cameras)?;
+    let files = if is_binary {
+        binary::files(&files)
+    } else {
+        text::files(&files).map(|(name, text)| (name, text.into_bytes()))
+    };
+    // A path without an ending is a folder.
+    let path = |name: &str| match target.path.extension() {
+        Some(_) if !target.path.is_dir() => target.path.with_file_name(name),
+        _ => target.path.join(name),
+    };
+    Ok(files.map(|(name, bytes)| (path(name), bytes)).into())
+}
+
+/// The names and the texts of the files of cameras, which have lenses in pixels.
+///
+/// # Errors
+/// A camera has no lens in pixels.
+pub fn texts(cameras: &[Still]) -> Result<[(&'static str, String); 3], String> {
+    Reconstruction::new(cameras).map(|all| text::files(&all))
 }

@@ -32,9 +32,17 @@
 //! do say something, and where only one side does, has that side's value. A cut between two shots is a row with `hold`
 //! before it, also where there is a row at every frame: motion blur would run through it otherwise.
 
+use std::fmt::Write as _;
+
+use glam::DQuat;
+
 use crate::camera::path::CameraPath;
 
-use super::{CameraPathOptions, PathProblem, PathProblems, Source};
+use super::{
+    CameraPathFormat, CameraPathOptions, PathProblem, PathProblems, Source,
+    held::{Holds, POSES, Target, Written},
+    still::Still,
+};
 
 mod columns;
 pub mod document;
@@ -46,8 +54,22 @@ mod rows;
 mod table;
 pub mod values;
 
+pub(super) const FORMAT: CameraPathFormat = CameraPathFormat {
+    name: "csv",
+    extensions: &["csv", "tsv"],
+    names: &[],
+    read,
+    holds: Holds {
+        names: true,
+        view: true,
+        center: true,
+        ..POSES
+    },
+    write,
+};
+
 /// The camera path of a file.
-pub(super) fn read(source: &Source<'_>) -> Result<CameraPath, PathProblems> {
+fn read(source: &Source<'_>) -> Result<CameraPath, PathProblems> {
     read_bytes(source.bytes, source.options)
 }
 
@@ -56,6 +78,54 @@ fn read_bytes(bytes: &[u8], options: &CameraPathOptions) -> Result<CameraPath, P
     let layout = layout::Layout::read(&table, options)?;
     let keys = rows::read(&table, &layout)?;
     CameraPath::new(&keys).map_err(|e| PathProblem::of_file(e.to_string()).into())
+}
+
+/// A row for every frame, with a quaternion.
+fn write(target: &Target<'_>, cameras: &[Still]) -> Written {
+    let has_view = cameras
+        .iter()
+        .any(|camera| camera.fov.is_some() || camera.pixels.is_some());
+    let shifts: Vec<[f64; 2]> = cameras.iter().map(shift).collect();
+    let has_shift = shifts.iter().any(|shift| *shift != [0.0; 2]);
+    let has_names = cameras.iter().any(|camera| camera.name.is_some());
+    let mut text = "frame,eye_x,eye_y,eye_z,qx,qy,qz,qw".to_owned();
+    let columns = [
+        (has_view, ",fov"),
+        (has_shift, ",shift_x,shift_y"),
+        (has_names, ",name"),
+    ];
+    text.extend(
+        columns
+            .iter()
+            .filter(|(is_there, _)| *is_there)
+            .map(|(_, names)| *names),
+    );
+    for (camera, [x, y]) in cameras.iter().zip(shifts) {
+        let rotation = DQuat::from_mat3(&camera.axes).to_array();
+        write!(text, "\n{}", camera.frame).expect("a text grows");
+        let view = has_view.then(|| camera.view("csv")).transpose()?;
+        let shift = has_shift.then_some([x, y]);
+        let numbers = camera.eye.to_array().into_iter().chain(rotation).chain(view);
+        for number in numbers.chain(shift.into_iter().flatten()) {
+            write!(text, ",{}", edit::number(number)).expect("a text grows");
+        }
+        if has_names {
+            let name = camera.name.as_deref().unwrap_or_default().replace('"', "\"\"");
+            write!(text, ",\"{name}\"").expect("a text grows");
+        }
+    }
+    target.file(text + "\n")
+}
+
+/// The shift of a lens, in picture widths.
+fn shift(camera: &Still) -> [f64; 2] {
+    let Some(lens) = &camera.pixels else { return [0.0; 2] };
+    let (Some([width, height]), [cx, cy]) = (lens.size, lens.center.map(Option::unwrap_or_default)) else {
+        return [0.0; 2];
+    };
+    let shift = [(0.5 * width - cx) / width, (cy - 0.5 * height) / width];
+    // Rounding is no shift.
+    shift.map(|part| if part.abs() < 1e-12 { 0.0 } else { part })
 }
 
 #[cfg(test)]

@@ -10,12 +10,14 @@
 use std::f64::consts::PI;
 
 use glam::{DAffine3, DMat3, DMat4, DQuat, DVec3};
-use serde_json::Value;
+use serde_json::{Value, json};
 
 use super::{
-    PathProblem, PathProblems,
+    CameraPathFormat, PathProblem, PathProblems,
+    held::{Holds, POSES, Target, Written},
     keys::{self, Frames, Posed},
     source::{Source, text},
+    still::Still,
 };
 use crate::{
     assets::{
@@ -38,7 +40,20 @@ const FPS: f64 = 24.0;
 /// The most frames of an animation.
 const MOST_FRAMES: f64 = 1e6;
 
-pub(super) fn read(source: &Source<'_>) -> Result<CameraPath, PathProblems> {
+pub(super) const FORMAT: CameraPathFormat = CameraPathFormat {
+    name: "gltf",
+    extensions: &["gltf", "glb"],
+    names: &[],
+    read,
+    holds: Holds {
+        names: true,
+        view: true,
+        ..POSES
+    },
+    write,
+};
+
+fn read(source: &Source<'_>) -> Result<CameraPath, PathProblems> {
     let json = text(json_of(source.bytes)?)?;
     let root: Value = serde_json::from_str(json).map_err(|error| {
         let message = error.to_string();
@@ -221,4 +236,68 @@ fn numbers<const N: usize>(node: &Value, key: &str) -> Result<Option<[f64; N]>, 
     let list = list.and_then(|list| <[f64; N]>::try_from(list).ok());
     list.map(Some)
         .ok_or_else(|| format!("`{key}` is not a list of {N} numbers"))
+}
+
+/// A node with a camera for every frame, at rest, with its number in `extras`.
+fn write(target: &Target<'_>, cameras: &[Still]) -> Written {
+    let (mut views, mut nodes) = (Vec::<(f64, Option<f64>)>::new(), Vec::new());
+    for camera in cameras {
+        let size = camera.pixels.and_then(|lens| lens.size);
+        let view = (
+            camera.view("gltf")?.to_radians(),
+            size.map(|[width, height]| width / height),
+        );
+        let index = views.iter().position(|other| *other == view).unwrap_or_else(|| {
+            views.push(view);
+            views.len() - 1
+        });
+        let name = camera
+            .name
+            .clone()
+            .unwrap_or_else(|| format!("camera.{:04}", camera.frame));
+        nodes.push(json!({
+            "name": name,
+            "camera": index,
+            "translation": camera.eye.to_array(),
+            "rotation": DQuat::from_mat3(&camera.axes).to_array(),
+            "extras": { "frame": camera.frame },
+        }));
+    }
+    let views = views.into_iter().map(|(fov, aspect)| {
+        let mut perspective = json!({ "yfov": fov, "znear": 0.01 });
+        if let Some(aspect) = aspect {
+            perspective["aspectRatio"] = aspect.into();
+        }
+        json!({ "type": "perspective", "perspective": perspective })
+    });
+    let scene: Vec<usize> = (0..nodes.len()).collect();
+    let root = json!({
+        "asset": { "version": "2.0", "generator": "batch-render" },
+        "scene": 0,
+        "scenes": [{ "nodes": scene }],
+        "cameras": views.collect::<Vec<_>>(),
+        "nodes": nodes,
+    });
+    let text = serde_json::to_string_pretty(&root).expect("numbers and texts are JSON") + "\n";
+    if target
+        .path
+        .extension()
+        .is_some_and(|ending| ending.eq_ignore_ascii_case("glb"))
+    {
+        return target.file(glb(text));
+    }
+    target.file(text)
+}
+
+/// A GLB of this JSON.
+fn glb(mut json: String) -> Vec<u8> {
+    let padding = json.len().next_multiple_of(4) - json.len();
+    json.extend(std::iter::repeat_n(' ', padding));
+    let length = json.len() as u32;
+    let mut bytes = b"glTF\x02\0\0\0".to_vec();
+    bytes.extend((length + 20).to_le_bytes());
+    bytes.extend(length.to_le_bytes());
+    bytes.extend(b"JSON");
+    bytes.extend(json.into_bytes());
+    bytes
 }

@@ -106,6 +106,17 @@ pub struct Intrinsics {
 }
 
 impl Intrinsics {
+    /// Whether all numbers agree but for rounding.
+    pub fn is_near(&self, other: &Self) -> bool {
+        let is_near = |a: f64, b: f64| (a - b).abs() <= 1e-9 * b.abs().max(1.0);
+        let center = self.center.map(Option::unwrap_or_default).into_iter();
+        let numbers = self.focal.into_iter().chain(center).chain([self.skew]);
+        let other_center = other.center.map(Option::unwrap_or_default).into_iter();
+        let others = other.focal.into_iter().chain(other_center).chain([other.skew]);
+        let is_same_model = (self.size, self.distortion) == (other.size, other.distortion);
+        is_same_model && numbers.zip(others).all(|(a, b)| is_near(a, b))
+    }
+
     /// The lens, or what is wrong with it.
     pub fn lens(self) -> Result<PinholeLens, String> {
         let Self {

@@ -13,12 +13,16 @@
 //!
 //! Source: OpenCV's documentation, "Camera Calibration and 3D Reconstruction", "XML/YAML file storages" and the tutorial "Camera calibration".
 
+use std::fmt::Write as _;
+
 use glam::{DQuat, DVec3};
 
 use super::{
-    PathProblem, PathProblems,
+    CameraPathFormat, PathProblem, PathProblems,
+    held::{Holds, Numbers, Target, Written},
     keys::{self, Frames, Intrinsics, Posed},
     source::Source,
+    still::Still,
 };
 use crate::camera::{ViewDistortion, path::CameraPath, pinhole::PinholeLens};
 
@@ -27,9 +31,26 @@ mod yaml;
 use yaml::Document;
 
 /// The distance from a corner of the picture to the centre of its first pixel.
-pub(super) const HALF_PIXEL: f64 = 0.5;
+const HALF_PIXEL: f64 = 0.5;
 
-pub(super) fn read(source: &Source<'_>) -> Result<CameraPath, PathProblems> {
+pub(super) const FORMAT: CameraPathFormat = CameraPathFormat {
+    name: "opencv",
+    extensions: &["yaml", "yml"],
+    names: &[],
+    read,
+    holds: Holds {
+        numbers: Numbers::Counted,
+        names: false,
+        view: true,
+        center: true,
+        pixels: true,
+        skew: true,
+        distortion: |_| true,
+    },
+    write,
+};
+
+fn read(source: &Source<'_>) -> Result<CameraPath, PathProblems> {
     let document = Document::new(source.text()?);
     let lens = lens(&document)?;
     let poses = poses(&document)?;
@@ -145,4 +166,74 @@ fn rotation_of(vector: DVec3) -> DQuat {
     }
     let (sin, cos) = libm::sincos(0.5 * angle);
     DQuat::from_vec4((vector * (sin / angle)).extend(cos)).normalize()
+}
+
+/// The vector of a rotation whose `w` is at least 0.
+fn vector_of(rotation: DQuat) -> DVec3 {
+    let (axis, cos) = (rotation.xyz(), rotation.w);
+    let sin = axis.length();
+    match sin > 0.0 {
+        true => axis * (2.0 * libm::atan2(sin, cos) / sin),
+        false => DVec3::ZERO,
+    }
+}
+
+fn write(target: &Target<'_>, cameras: &[Still]) -> Written {
+    let lens = cameras[0].lens("opencv")?;
+    for camera in &cameras[1..] {
+        let other = camera.lens("opencv")?;
+        if !other.is_near(lens) {
+            return Err(format!(
+                "opencv files have one lens, and that of frame {} differs from that of frame {}",
+                camera.frame, cameras[0].frame
+            ));
+        }
+    }
+    let mut text = "%YAML:1.0\n---\n".to_owned();
+    if let Some([width, height]) = lens.size {
+        write!(text, "image_width: {width}\nimage_height: {height}\n").expect("a text grows");
+    }
+    let ([fx, fy], [cx, cy]) = (lens.focal, lens.center.map(|c| c.unwrap_or_default() - HALF_PIXEL));
+    let matrix = [fx, lens.skew, cx, 0.0, fy, cy, 0.0, 0.0, 1.0];
+    put_matrix(&mut text, "camera_matrix", [3, 3], &matrix);
+    let (coefficients, is_fisheye) = match lens.distortion {
+        ViewDistortion::None => (vec![0.0; 5], false),
+        ViewDistortion::OpenCvFisheye(k) => (k.to_vec(), true),
+        ViewDistortion::OpenCv(all) => {
+            let used = all.iter().rposition(|k| *k != 0.0).map_or(0, |last| last + 1);
+            let count = [5, 8, 12].into_iter().find(|count| *count >= used).unwrap_or(12);
+            (all[..count].to_vec(), false)
+        }
+    };
+    put_matrix(
+        &mut text,
+        "distortion_coefficients",
+        [coefficients.len(), 1],
+        &coefficients,
+    );
+    writeln!(text, "fisheye_model: {}", u8::from(is_fisheye)).expect("a text grows");
+    let poses = cameras.iter().map(|camera| {
+        let (rotation, translation) = camera.extrinsics();
+        [vector_of(rotation).to_array(), translation.to_array()]
+    });
+    let poses: Vec<[[f64; 3]; 2]> = poses.collect();
+    if let [[rotation, translation]] = &poses[..] {
+        put_matrix(&mut text, "rvec", [3, 1], rotation);
+        put_matrix(&mut text, "tvec", [3, 1], translation);
+    } else {
+        put_matrix(
+            &mut text,
+            "extrinsic_parameters",
+            [poses.len(), 6],
+            poses.as_flattened().as_flattened(),
+        );
+    }
+    target.file(text)
+}
+
+fn put_matrix(text: &mut String, name: &str, [rows, columns]: [usize; 2], numbers: &[f64]) {
+    let numbers: Vec<String> = numbers.iter().map(|v| format!("{v:?}")).collect();
+    let data = numbers.join(", ");
+    let head = format!("{name}: !!opencv-matrix\n   rows: {rows}\n   cols: {columns}\n   dt: d\n");
+    writeln!(text, "{head}   data: [ {data} ]").expect("a text grows");
 }

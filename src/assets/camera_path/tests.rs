@@ -5,7 +5,10 @@ use std::{collections::BTreeMap, fs};
 use glam::DVec3;
 
 use super::*;
-use crate::camera::{Camera, Lens, RotationOrder, path::CameraState};
+use crate::camera::{
+    Camera, Lens, RotationOrder,
+    path::{CameraPath, CameraState},
+};
 
 #[test]
 fn a_missing_file_is_told_from_one_that_cannot_be_read() {
@@ -241,4 +244,183 @@ fn damaged_files_are_refused_without_a_panic() {
         }
     }
     assert!(read > 1000 && refused > 5000, "{read} and {refused}");
+}
+
+/// Converts a file in a folder to another name there.
+fn converted(folder: &Path, from: &str, to: &str, settings: &Conversion) -> Converted {
+    let (from, to) = (folder.join(from), folder.join(to));
+    let converted = convert(&from, &to, settings, &Files::default()).unwrap_or_else(|error| panic!("{error}"));
+    for (path, bytes) in &converted.files {
+        fs::create_dir_all(path.parent().expect("a folder")).expect("made");
+        fs::write(path, bytes).expect("written");
+    }
+    converted
+}
+
+/// Cameras around a point with lenses of their own, as `transforms.json`.
+fn around(model: &str, coefficients: &str) -> String {
+    let frame = |i: u32| {
+        let (sin, cos) = libm::sincos(f64::from(i) * 0.9);
+        format!(
+            r#"{{"file_path": "f_{:03}.png", "fl_x": {}, "transform_matrix": [[{cos}, 0, {sin}, {}], [0, 1, 0, {}], [{}, 0, {cos}, 7.1]]}}"#,
+            3 * i + 5,
+            10 + i,
+            0.1 + f64::from(i),
+            1.0 / 3.0,
+            -sin,
+        )
+    };
+    let frames: Vec<String> = (0..5).map(frame).collect();
+    format!(
+        r#"{{"w": 8, "h": 6, "fl_y": 11, "cx": 4.4, "cy": 3.3, "camera_model": "{model}"{coefficients}, "frames": [{}]}}"#,
+        frames.join(", ")
+    )
+}
+
+fn cameras(path: &Path) -> Vec<still::Still> {
+    let path = load(path, None, &CameraPathOptions::default(), &Files::default()).expect("a path");
+    let frames: Vec<i64> = path.keys().map(|frame| frame as i64).collect();
+    still::stills(&path, frames, None).expect("cameras")
+}
+
+#[test]
+fn numbers_come_back_from_every_format_that_holds_them() {
+    let models = [
+        ("PINHOLE", ""),
+        ("OPENCV", r#", "k1": -0.1, "k2": 0.02, "p1": 0.001, "p2": -0.002"#),
+        ("OPENCV", r#", "k1": -0.1, "k3": 0.02"#),
+        (
+            "OPENCV_FISHEYE",
+            r#", "k1": 0.1, "k2": 0.02, "k3": 0.001, "k4": -0.002"#,
+        ),
+    ];
+    for (model, coefficients) in models {
+        let folder = tempfile::tempdir().expect("a temporary folder");
+        let path = |name: &str| folder.path().join(name);
+        fs::write(path("a.json"), around(model, coefficients)).expect("written");
+        let own = cameras(&path("a.json"));
+        assert_eq!(
+            own.iter().map(|camera| camera.frame).collect::<Vec<_>>(),
+            [5, 8, 11, 14, 17]
+        );
+        for (name, keeps_lens) in [
+            ("b.json", true),
+            ("m/images.bin", true),
+            ("n/images.txt", true),
+            ("o", true),
+            ("c.tum", false),
+            ("c.chan", false),
+            ("c.gltf", false),
+            ("c.glb", false),
+            ("c.csv", false),
+        ] {
+            if model == "OPENCV_FISHEYE" && !keeps_lens && name != "c.tum" {
+                // A fisheye has no angle of view.
+                let refused = convert(&path("a.json"), &path(name), &Conversion::default(), &Files::default());
+                assert!(
+                    refused.is_err_and(|error| error.to_string().contains("fisheye")),
+                    "{name}"
+                );
+                continue;
+            }
+            let lost = converted(folder.path(), "a.json", name, &Conversion::default()).lost;
+            assert_eq!(lost.is_none(), keeps_lens, "{name}: {lost:?}");
+            let again = cameras(&path(name));
+            assert_eq!(again.len(), own.len(), "{name}");
+            for (a, b) in own.iter().zip(&again) {
+                assert_eq!(a.frame, b.frame, "{name}");
+                assert!(
+                    (a.eye - b.eye).length() < 1e-12 && a.axes.abs_diff_eq(b.axes, 1e-12),
+                    "{name}: {a:?} {b:?}"
+                );
+                if keeps_lens {
+                    assert_eq!(a.name, b.name, "{name}");
+                    assert!(
+                        a.pixels.expect("a lens").is_near(&b.pixels.expect("a lens")),
+                        "{name}: {a:?} {b:?}"
+                    );
+                } else if name != "c.tum" {
+                    let [a, b] = [a, b].map(|camera| camera.fov.expect("an angle"));
+                    assert!((a - b).abs() < 1e-9, "{name}: {a} and {b}");
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn calibrations_hold_one_lens_and_all_of_it() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = |name: &str| folder.path().join(name);
+    for (count, coefficients) in [
+        (5, "0.1, 0.2, 0.3, 0.4"),
+        (8, "1, 2, 3, 4, 5, 6, 7, 8"),
+        (12, "1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12"),
+    ] {
+        let head =
+            "camera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   data: [ 10, 0.5, 4, 0, 11, 3, 0, 0, 1 ]\n";
+        let poses = "extrinsic_parameters: !!opencv-matrix\n   rows: 2\n   cols: 6\n   data: [ 3, 0.1, 0.2, 1, 2, 3, 0, 0, 0, 0, 0, 0 ]\n";
+        fs::write(
+            path("a.yml"),
+            format!("{head}distortion_coefficients: [ {coefficients} ]\n{poses}"),
+        )
+        .expect("written");
+        assert_eq!(
+            converted(folder.path(), "a.yml", "b.yaml", &Conversion::default()).lost,
+            None
+        );
+        let text = fs::read_to_string(path("b.yaml")).expect("a text");
+        assert!(text.contains(&format!("rows: {count}\n   cols: 1")), "{text}");
+        for (a, b) in cameras(&path("a.yml")).iter().zip(&cameras(&path("b.yaml"))) {
+            assert!(
+                (a.eye - b.eye).length() < 1e-12 && a.axes.abs_diff_eq(b.axes, 1e-12),
+                "{a:?} {b:?}"
+            );
+            assert!(a.pixels.expect("a lens").is_near(&b.pixels.expect("a lens")));
+        }
+    }
+    fs::write(path("c.json"), around("PINHOLE", "")).expect("written");
+    let refused = convert(
+        &path("c.json"),
+        &path("c.yml"),
+        &Conversion::default(),
+        &Files::default(),
+    );
+    let message = refused.map(|_| ()).unwrap_err().to_string();
+    assert!(
+        message.starts_with("opencv files have one lens, and that of frame 8 differs from that of frame 5"),
+        "{message}"
+    );
+}
+
+#[test]
+fn keyframes_become_all_frames_with_lenses_in_pixels_of_the_size_that_is_said() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let header = "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z,fov_x,shift_x,name\n";
+    fs::write(
+        folder.path().join("a.csv"),
+        format!("{header}1,0,0,5,0,0,0,90,0.25,wide\n4,3,0,5,3,0,0,90,0.25,\n"),
+    )
+    .expect("written");
+    let settings = Conversion {
+        resolution: Some([8, 4]),
+        ..Conversion::default()
+    };
+    assert_eq!(converted(folder.path(), "a.csv", "b.json", &settings).frames, 4);
+    let all = cameras(&folder.path().join("b.json"));
+    for (i, camera) in all.iter().enumerate() {
+        assert!((camera.eye.x - i as f64).abs() < 1e-12, "{camera:?}");
+    }
+    let lens = all[0].pixels.expect("a lens");
+    assert!((lens.focal[0] - 4.0).abs() < 1e-12 && (lens.focal[1] - 4.0).abs() < 1e-12);
+    assert_eq!((lens.center, lens.size), ([Some(2.0), Some(2.0)], Some([8.0, 4.0])));
+    // The name of a shot is none of a picture.
+    assert_eq!(all[0].name.as_deref(), Some("0001.png"));
+    assert_eq!(converted(folder.path(), "b.json", "c.csv", &settings).lost, None);
+    let text = fs::read_to_string(folder.path().join("c.csv")).expect("a text");
+    let rows: Vec<&str> = text.lines().collect();
+    assert_eq!(rows[0], "frame,eye_x,eye_y,eye_z,qx,qy,qz,qw,fov,shift_x,shift_y,name");
+    // 90 degrees over a picture twice as wide as high.
+    assert!(rows[1].starts_with("1,0,0,5,0,0,0,1,53.1301023541559"), "{text}");
+    assert!(rows[1].ends_with(",0.25,0,\"0001.png\""), "{text}");
 }

@@ -20,15 +20,21 @@ use glam::{DMat3, DQuat, DVec3};
 use serde::{Deserialize, Deserializer, de};
 
 use super::{
-    PathProblem, PathProblems,
+    CameraPathFormat, PathProblem, PathProblems,
+    held::{Holds, POSES, Target, Written},
     keys::{self, Frames, Intrinsics, Posed},
     source::{Source, line_at},
+    still::Still,
 };
 use crate::camera::{
     ViewDistortion,
     lens::FieldOfView,
     path::{CameraPath, MAX_FRAME},
 };
+
+mod written;
+
+pub use written::{CONVENTIONS, Frame, Transforms, model_name};
 
 /// The intrinsics of a file or of a frame.
 #[derive(Clone, Default, Deserialize)]
@@ -52,7 +58,7 @@ struct Given {
 }
 
 #[derive(Deserialize)]
-struct Frame {
+struct GivenFrame {
     file_path: Option<String>,
     frame: Option<i64>,
     transform_matrix: Matrix,
@@ -69,7 +75,7 @@ struct Stop {
 
 #[derive(Deserialize)]
 struct Document {
-    frames: Option<Vec<Frame>>,
+    frames: Option<Vec<GivenFrame>>,
     camera_path: Option<Vec<Stop>>,
     render_width: Option<f64>,
     render_height: Option<f64>,
@@ -114,7 +120,23 @@ impl<'de> Deserialize<'de> for Matrix {
     }
 }
 
-pub(super) fn read(source: &Source<'_>) -> Result<CameraPath, PathProblems> {
+pub(super) const FORMAT: CameraPathFormat = CameraPathFormat {
+    name: "transforms",
+    extensions: &["json"],
+    names: &[],
+    read,
+    holds: Holds {
+        names: true,
+        view: true,
+        center: true,
+        pixels: true,
+        distortion: |distortion| !matches!(distortion, ViewDistortion::OpenCv([_, _, _, _, _, others @ ..]) if *others != [0.0; 7]),
+        ..POSES
+    },
+    write,
+};
+
+fn read(source: &Source<'_>) -> Result<CameraPath, PathProblems> {
     let text = source.text()?;
     let document: Document = serde_json::from_str(text).map_err(|error| {
         let message = error.to_string();
@@ -137,7 +159,7 @@ pub(super) fn read(source: &Source<'_>) -> Result<CameraPath, PathProblems> {
     }
 }
 
-fn pictures(text: &str, frames: Vec<Frame>, common: &Given) -> Result<CameraPath, PathProblems> {
+fn pictures(text: &str, frames: Vec<GivenFrame>, common: &Given) -> Result<CameraPath, PathProblems> {
     let own: Option<Vec<i64>> = frames.iter().map(|frame| frame.frame).collect();
     let numbers = own.unwrap_or_else(|| keys::picture_frames(frames.iter().map(|frame| frame.file_path.as_deref())));
     let mut problems = PathProblems::default();
@@ -262,4 +284,10 @@ impl Given {
         };
         Ok(())
     }
+}
+
+fn write(target: &Target<'_>, cameras: &[Still]) -> Written {
+    let file = Transforms::of_cameras(cameras)?;
+    let text = serde_json::to_string_pretty(&file).expect("numbers and texts are JSON") + "\n";
+    target.file(text)
 }

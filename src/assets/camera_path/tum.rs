@@ -10,12 +10,16 @@
 //! Source: Sturm et al., "A Benchmark for the Evaluation of RGB-D SLAM Systems", IROS 2012, doi:10.1109/IROS.2012.6385773, "File Formats" of
 //! the data set.
 
+use std::fmt::Write as _;
+
 use glam::DVec3;
 
 use super::{
-    PathProblem, PathProblems,
+    CameraPathFormat, PathProblem, PathProblems,
+    held::{POSES, Target, Written},
     keys::{self, Frames, Posed},
     source::{self, Source, Words},
+    still::Still,
 };
 use crate::camera::path::{CameraPath, MAX_FRAME};
 
@@ -23,7 +27,16 @@ use crate::camera::path::{CameraPath, MAX_FRAME};
 const ROUNDED_TIME: f64 = 0.5e-3;
 const ROUNDED: f64 = 0.05;
 
-pub(super) fn read(source: &Source<'_>) -> Result<CameraPath, PathProblems> {
+pub(super) const FORMAT: CameraPathFormat = CameraPathFormat {
+    name: "tum",
+    extensions: &["tum", "txt"],
+    names: &[],
+    read,
+    holds: POSES,
+    write,
+};
+
+fn read(source: &Source<'_>) -> Result<CameraPath, PathProblems> {
     let (mut poses, mut problems) = (Vec::<(f64, Posed)>::new(), PathProblems::default());
     for words in source::lines(source.text()?) {
         match pose(&words) {
@@ -79,6 +92,20 @@ fn pose(words: &Words<'_>) -> Result<(f64, Posed), PathProblem> {
     let rotation = words.numbers(4, ["qx", "qy", "qz", "qw"])?;
     let rotation = keys::unit_quaternion(rotation).map_err(|message| words.problem(message))?;
     Ok((time, Posed::of_vision(DVec3::new(x, y, z), rotation)))
+}
+
+/// Times are those of the frame rate, and numbers of frames without one.
+fn write(target: &Target<'_>, cameras: &[Still]) -> Written {
+    let mut text = "# timestamp tx ty tz qx qy qz qw\n".to_owned();
+    for camera in cameras {
+        write!(text, "{}", camera.frame as f64 / target.fps.unwrap_or(1.0)).expect("a text grows");
+        let rotation = camera.vision_rotation().to_array();
+        for number in camera.eye.to_array().into_iter().chain(rotation) {
+            write!(text, " {}", number + 0.0).expect("a text grows");
+        }
+        text.push('\n');
+    }
+    target.file(text)
 }
 
 #[cfg(test)]

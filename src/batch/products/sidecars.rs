@@ -4,8 +4,9 @@ use std::{fs, path::Path};
 
 use serde::Serialize;
 
-use super::{colmap, ids::Ids, metadata::Sidecar, transforms::Transforms};
+use super::{colmap, ids::Ids, metadata::Sidecar, transforms};
 use crate::{
+    assets::camera_path::transforms::Transforms,
     batch::{CameraRig, FrameFailure, InputHash, Plan},
     error::Error,
     output::{OutputError, atomic, job_file::FolderGate},
@@ -26,12 +27,12 @@ pub(in crate::batch) fn write(
         false => None,
     };
     if let Some(path_of_transforms) = path(Sidecar::Transforms) {
-        let mut own = Transforms::new((plan, inputs), rig, failures)?;
+        let mut own = transforms::of_job((plan, inputs), rig, failures)?;
         let _gate = FolderGate::close(&atomic::folder_of(&path_of_transforms), cancel);
         if plan.is_chunk
-            && let Some(others) = Transforms::read(&path_of_transforms, &plan.warnings)
+            && let Some(others) = transforms::read(&path_of_transforms, &plan.warnings)
         {
-            own.join(others, plan, &path_of_transforms);
+            transforms::join(&mut own, others, plan, &path_of_transforms);
         }
         write_json(&path_of_transforms, &own)?;
         if let Some(images) = path(Sidecar::Colmap) {

@@ -5,6 +5,7 @@ use std::collections::HashMap;
 use super::{
     model::{CameraModel, FileCamera},
     record::{Picture, Place},
+    written::Reconstruction,
 };
 use crate::assets::camera_path::{PathProblem, PathProblems};
 
@@ -119,4 +120,31 @@ pub fn images(bytes: &[u8]) -> Result<Vec<Picture>, PathProblems> {
             name,
         })
     })
+}
+
+/// The names and the bytes of the files.
+pub fn files(all: &Reconstruction) -> [(&'static str, Vec<u8>); 3] {
+    let count = |n: usize| (n as u64).to_le_bytes();
+    let id = |i: usize| (i as u32 + 1).to_le_bytes();
+    let mut images = count(all.shots.len()).to_vec();
+    for (i, shot) in all.shots.iter().enumerate() {
+        images.extend(id(i));
+        images.extend(shot.pose.iter().flat_map(|number| number.to_le_bytes()));
+        images.extend(id(shot.camera));
+        images.extend(shot.name.bytes().filter(|byte| *byte != 0));
+        images.push(0);
+        images.extend(count(0));
+    }
+    let mut cameras = count(all.cameras.len()).to_vec();
+    for (i, camera) in all.cameras.iter().enumerate() {
+        cameras.extend(id(i));
+        cameras.extend(camera.model.number.to_le_bytes());
+        cameras.extend(camera.size.iter().flat_map(|side| (*side as u64).to_le_bytes()));
+        cameras.extend(camera.parameters.iter().flat_map(|number| number.to_le_bytes()));
+    }
+    [
+        ("cameras.bin", cameras),
+        ("images.bin", images),
+        ("points3D.bin", count(0).to_vec()),
+    ]
 }

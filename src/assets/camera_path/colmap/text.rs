@@ -1,10 +1,11 @@
 //! Reconstructions as texts.
 
-use std::collections::HashMap;
+use std::{collections::HashMap, fmt::Write as _};
 
 use super::{
     model::{CameraModel, FileCamera},
     record::{Picture, Place},
+    written::Reconstruction,
 };
 use crate::{
     assets::camera_path::{
@@ -108,4 +109,32 @@ fn id(words: &Words<'_>, column: usize, name: &str) -> Result<u32, PathProblem> 
     let message = || format!("'{}' is not a whole number of at least 0", one_line(word, 80));
     let parsed = word.parse();
     parsed.map_err(|_| PathProblem::of_cell(words.line, name, message()))
+}
+
+/// The names and the texts of the files.
+pub fn files(all: &Reconstruction) -> [(&'static str, String); 3] {
+    let mut images =
+        String::from("# IMAGE_ID, QW, QX, QY, QZ, TX, TY, TZ, CAMERA_ID, NAME, and a line without points\n");
+    for (i, shot) in all.shots.iter().enumerate() {
+        write!(images, "{}", i + 1).expect("a text grows");
+        for number in shot.pose {
+            write!(images, " {number}").expect("a text grows");
+        }
+        writeln!(images, " {} {}\n", shot.camera + 1, shot.name).expect("a text grows");
+    }
+    let mut cameras = String::from("# CAMERA_ID, MODEL, WIDTH, HEIGHT, PARAMS[]\n");
+    for (i, camera) in all.cameras.iter().enumerate() {
+        let [width, height] = camera.size;
+        write!(cameras, "{} {} {width} {height}", i + 1, camera.model.name).expect("a text grows");
+        for number in &camera.parameters {
+            write!(cameras, " {number}").expect("a text grows");
+        }
+        cameras.push('\n');
+    }
+    let points = "# POINT3D_ID, X, Y, Z, R, G, B, ERROR, TRACK[]\n".to_owned();
+    [
+        ("cameras.txt", cameras),
+        ("images.txt", images),
+        ("points3D.txt", points),
+    ]
 }
