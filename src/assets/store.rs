@@ -15,7 +15,7 @@ use super::{
 };
 pub use super::{image::ImageRequest, load_model::ModelRequest};
 use crate::{
-    math::{WorkingSpace, parallel},
+    math::{WorkingSpace, parallel, sorting},
     scene::BackgroundRadiance,
     texture::{Bitmap, bitmap::ColorSpace},
     value::one_line,
@@ -98,7 +98,7 @@ impl Store {
     /// Reports on the models that were loaded, by their files.
     pub fn model_reports(&self) -> Vec<ModelReport> {
         let mut reports = self.reports.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        reports.sort_by(|a, b| a.request.cmp(&b.request));
+        sorting::sort_by(&mut reports, |a, b| a.request.cmp(&b.request));
         reports.dedup_by(|a, b| a.request == b.request);
         reports
     }
@@ -112,7 +112,7 @@ impl Store {
     /// The number of times that each image was halved to fit into memory, of each list of images of which one was.
     pub fn halved(&self) -> Vec<Vec<u32>> {
         let mut halvings = self.halvings.lock().unwrap_or_else(PoisonError::into_inner).clone();
-        halvings.sort();
+        sorting::sort_by(&mut halvings, Ord::cmp);
         halvings
     }
 
@@ -154,7 +154,7 @@ impl Store {
     /// file that cannot be loaded, by the index of its first request.
     pub fn models(&self, requests: &[ModelRequest]) -> Result<Vec<Arc<Model>>, Vec<(usize, AssetError)>> {
         let mut once: Vec<&ModelRequest> = requests.iter().collect();
-        once.sort();
+        sorting::sort_by(&mut once, Ord::cmp);
         once.dedup();
         let first = |request: &ModelRequest| requests.iter().position(|other| other == request);
         let load = |request| {

@@ -24,6 +24,7 @@ use crate::{
     camera::FrameCamera,
     error::Error,
     film::Film,
+    math::sorting,
     output::{self, Coverage, Format, FrameImage, OutputError, WriteReport, png::data::saturation},
     render::{Control, Counters, Interrupts, Renderer},
     warnings::WarningKind,
@@ -94,7 +95,7 @@ pub fn run(
         ..rendered?
     };
     summary.failures.extend(failures);
-    summary.failures.sort_by_key(|failure| failure.frame);
+    sorting::sort_by_key(&mut summary.failures, |failure| failure.frame);
     sidecars::write(
         (plan, survey.inputs),
         (&rig, scenes.current()),

@@ -3,7 +3,7 @@
 use std::time::Duration;
 
 use super::FrameFailure;
-use crate::{geometry::Geometry, render::InvalidSamples};
+use crate::{geometry::Geometry, math::sorting, render::InvalidSamples};
 
 /// The summary of a finished job.
 #[derive(Debug, Default)]
@@ -69,7 +69,7 @@ impl Summary {
     /// The median and the longest rendering time of a frame.
     pub fn median_and_worst(&self) -> Option<(Duration, Duration)> {
         let mut sorted = self.frame_times.clone();
-        sorted.sort();
+        sorting::sort_by(&mut sorted, Ord::cmp);
         Some((*sorted.get(sorted.len() / 2)?, *sorted.last()?))
     }
 }

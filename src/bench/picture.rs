@@ -12,6 +12,7 @@ use super::report::table;
 use crate::{
     film::Film,
     integrator::{Stage, StageTimes},
+    math::sorting,
     output::EncodeError,
     render::{Control, Counters, Settings},
     simd::Isa,
@@ -74,7 +75,7 @@ pub fn measure<S: Subject>(
 ) -> Result<PictureReport, S::Error> {
     let once = |_| measure_once(scene, simd, settings, subject);
     let mut reports: Vec<PictureReport> = (0..repetitions.get()).map(once).collect::<Result<_, _>>()?;
-    reports.sort_by(|a, b| a.wall_ms.total_cmp(&b.wall_ms));
+    sorting::sort_by(&mut reports, |a, b| a.wall_ms.total_cmp(&b.wall_ms));
     Ok(reports.swap_remove(reports.len() / 2))
 }
 

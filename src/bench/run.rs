@@ -6,7 +6,7 @@ use super::{Buffers, BuildRow, Cell, RayKind, Report, tracer::Tracer};
 use crate::{
     accel::{self, AccelKind, Accelerator, BuildOptions, RayCost},
     geometry::{BuildError, Geometry},
-    math::{Ray, parallel},
+    math::{Ray, parallel, sorting},
     native::{Embree, EmbreeError, EmbreeQuality},
     simd::Isa,
 };
@@ -367,7 +367,7 @@ fn count(c: &Candidate<'_>, rays: &[Ray]) -> (Option<f64>, Option<f64>) {
 }
 
 fn median(values: &mut [f64]) -> f64 {
-    values.sort_by(f64::total_cmp);
+    sorting::sort_by(values, f64::total_cmp);
     values.get(values.len() / 2).copied().unwrap_or(0.0)
 }
 

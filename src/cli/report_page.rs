@@ -7,7 +7,7 @@ use std::{
 };
 
 use base64::{Engine as _, engine::general_purpose::STANDARD};
-use batch_render::output::FrameImage;
+use batch_render::{math::sorting, output::FrameImage};
 
 use super::{
     figures::{Album, Frame, Report, State, Status},
@@ -157,7 +157,7 @@ fn chart(
 fn slowest(out: &mut String, frames: &[&Frame]) {
     const SHOWN: usize = 5;
     let mut sorted = frames.to_vec();
-    sorted.sort_by(|a, b| b.wall_s.total_cmp(&a.wall_s));
+    sorting::sort_by(&mut sorted, |a, b| b.wall_s.total_cmp(&a.wall_s));
     out.push_str(
         "<h2>Slowest frames</h2>\n<table><tr><th>frame</th><th>time</th><th>rays</th><th>peak memory</th></tr>\n",
     );

@@ -5,6 +5,7 @@ use std::{fmt, path::Path};
 use crate::{
     assets::AssetError,
     describe::{Diagnostics, FileKind, SceneDesc},
+    math::sorting,
     value::{Problem, Span, Spanned, is_override, one_line},
 };
 
@@ -41,7 +42,9 @@ impl AssetErrors {
         let is_shown = |span: &Span| desc.source.kind == FileKind::Scene || is_override(span);
         let place = |error: &FileError| place(error, desc).filter(is_shown);
         let mut placed: Vec<_> = errors.into_iter().map(|error| (place(&error), error.error)).collect();
-        placed.sort_by_key(|(span, _)| span.as_ref().map_or(usize::MAX, |span| span.start));
+        sorting::sort_by_key(&mut placed, |(span, _)| {
+            span.as_ref().map_or(usize::MAX, |span| span.start)
+        });
         let messages = |(span, error): &(Option<Span>, AssetError)| {
             let plain = error.messages();
             let Some(span) = span else {

@@ -13,7 +13,7 @@ use super::{
     signal::{Color, Signal},
 };
 use crate::{
-    math::{Dispatch, VectorLoop, parallel},
+    math::{Dispatch, VectorLoop, parallel, sorting},
     simd::Isa,
 };
 
@@ -132,7 +132,7 @@ fn between<'a>(own: &Frame, others: &[&'a Frame], other: &Frame) -> impl Iterato
     let [first, last] = [own.min(other), own.max(other)];
     let mut frames = others.to_vec();
     frames.retain(|frame| first < frame.number && frame.number < last);
-    frames.sort_by_key(|frame| frame.number.abs_diff(own));
+    sorting::sort_by_key(&mut frames, |frame| frame.number.abs_diff(own));
     frames.into_iter()
 }
 

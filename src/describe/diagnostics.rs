@@ -5,7 +5,10 @@ use std::{fmt, ops::Range, path::PathBuf, sync::Arc};
 use annotate_snippets::{AnnotationKind, Level, Renderer, Snippet};
 
 use super::{FileKind, Overrides};
-use crate::value::{Problem, one_line, visible};
+use crate::{
+    math::sorting,
+    value::{Problem, one_line, visible},
+};
 
 /// The most characters of a message before it is shortened.
 const LONGEST_MESSAGE: usize = 1000;
@@ -64,7 +67,7 @@ pub struct Diagnostics {
 impl Diagnostics {
     /// `None` if there is no problem.
     pub fn new(source: &Source, mut problems: Vec<Problem>) -> Option<Self> {
-        problems.sort_by_key(|p| p.span.as_ref().map_or(usize::MAX, |s| s.start));
+        sorting::sort_by_key(&mut problems, |p| p.span.as_ref().map_or(usize::MAX, |s| s.start));
         problems.dedup();
         (!problems.is_empty()).then(|| Self {
             source: source.clone(),

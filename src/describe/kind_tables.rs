@@ -7,6 +7,7 @@ use crate::{
     integrator::IntegratorDesc,
     light::LightDesc,
     material::MaterialDesc,
+    math::sorting,
     sampler::SamplerDesc,
     shape::ShapeDesc,
     texture::{MappingDesc, PatternDesc},
@@ -109,7 +110,7 @@ impl KindTable {
             return None;
         };
         let mut keys: Vec<_> = table.keys().collect();
-        keys.sort_by_key(|key| key.span().start);
+        sorting::sort_by_key(&mut keys, |key| key.span().start);
         keys.retain(|key| !self.beside.contains(&key.get_ref().as_ref()));
         let (kinds, others): (Vec<_>, Vec<_>) = keys
             .into_iter()

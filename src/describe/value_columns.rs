@@ -19,7 +19,10 @@ use crate::{
         motion::EditedParts,
     },
     camera::Timing,
-    math::track::{Interp, Track},
+    math::{
+        sorting,
+        track::{Interp, Track},
+    },
     value::Problem,
 };
 
@@ -132,7 +135,7 @@ impl Values {
     fn add_overlaps(&self, sources: &[(&ValueTable, &ValueColumn)], faults: &mut Faults<'_>) {
         let mut order: Vec<usize> = (0..self.columns.len()).collect();
         let key = |at: &usize| (self.columns[*at].entity, &self.columns[*at].path);
-        order.sort_by(|a, b| key(a).cmp(&key(b)));
+        sorting::sort_by(&mut order, |a, b| key(a).cmp(&key(b)));
         // The column of a whole value comes right before those of its parts.
         let mut whole: Option<usize> = None;
         for at in order {
@@ -211,7 +214,7 @@ fn judged_frames(values: &Values, sources: &[(&ValueTable, &ValueColumn)]) -> BT
         frames.entry(column.entity).or_default().extend(judged);
     }
     for frames in frames.values_mut() {
-        frames.sort_by(f64::total_cmp);
+        sorting::sort_by(frames, f64::total_cmp);
         frames.dedup();
     }
     frames

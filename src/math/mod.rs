@@ -19,6 +19,7 @@ pub mod ray;
 pub mod rgb;
 mod runs;
 mod sidedness;
+pub mod sorting;
 pub mod srgb;
 pub mod track;
 pub mod transform;

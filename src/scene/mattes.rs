@@ -11,7 +11,10 @@ use std::{
 };
 
 use super::{FirstHit, NodeId, ObjectId, Scene};
-use crate::{geometry::InstanceId, math::hash};
+use crate::{
+    geometry::InstanceId,
+    math::{hash, sorting},
+};
 
 /// The limit of node names of all instances together; instances beyond it get the names of their objects.
 const MAX_INSTANCE_NODES: usize = 1 << 20;
@@ -284,7 +287,7 @@ impl<'a> ObjectMattes<'a> {
     /// number among them.
     fn finish(&self, scene: &Scene) -> (MatteTable, Vec<u32>) {
         let mut order: Vec<usize> = (0..self.keys.len()).collect();
-        order.sort_by_key(|number| self.keys[*number].0.0);
+        sorting::sort_by_key(&mut order, |number| self.keys[*number].0.0);
         let (mut table, mut places) = (TableBuilder::default(), vec![0; self.keys.len()]);
         for number in order {
             let (object, node) = self.keys[number];

@@ -26,6 +26,7 @@ use super::{
 };
 use crate::{
     camera::{ViewDistortion, path::CameraPath, pinhole::PinholeLens},
+    math::sorting,
     value::one_line,
 };
 
@@ -83,7 +84,7 @@ fn read(source: &Source<'_>) -> Result<CameraPath, PathProblems> {
     let cameras = read_cameras(&cameras).map_err(|problems| problems.in_file(&cameras_path))?;
     let read_images = if is_binary { binary::images } else { text::images };
     let found = read_images(&images).and_then(|mut pictures| {
-        pictures.sort_by(|a, b| a.name.cmp(&b.name));
+        sorting::sort_by(&mut pictures, |a, b| a.name.cmp(&b.name));
         posed(pictures, &cameras)
     });
     let (posed, wrong_camera) = found.map_err(|problems| problems.in_file(&images_path))?;

@@ -10,7 +10,7 @@ use crate::camera::{
     path::{CameraPath, Interp, MAX_FRAME, Orientation, PathKey, Rotation},
     pinhole::PinholeLens,
 };
-use crate::value::one_line;
+use crate::{math::sorting, value::one_line};
 
 /// The largest difference of a length from 1, and of a cosine from 0, in a rotation.
 const UNIT_TOLERANCE: f64 = 1e-3;
@@ -169,7 +169,7 @@ pub enum Frames {
 /// The path of cameras with these frames.
 pub fn path(cameras: impl IntoIterator<Item = (f64, Posed)>, frames: Frames) -> Result<CameraPath, PathProblems> {
     let mut keys: Vec<PathKey> = cameras.into_iter().map(|(frame, posed)| posed.key(frame)).collect();
-    keys.sort_by(|a, b| a.frame.total_cmp(&b.frame));
+    sorting::sort_by(&mut keys, |a, b| a.frame.total_cmp(&b.frame));
     let mut pairs = keys.iter().zip(keys.iter().skip(1));
     if let Some((_, second)) = pairs.find(|(first, second)| first.frame == second.frame) {
         let name = second.name.as_deref().unwrap_or_default();

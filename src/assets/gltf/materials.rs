@@ -25,7 +25,7 @@ use crate::{
         Sidedness, TangentNormals, medium,
         principled::{AlphaMode, Principled},
     },
-    math::Rgb,
+    math::{Rgb, sorting},
     texture::{Color, Scalar, TextureId, bitmap::ColorSpace},
     value::{Channel, unique_names},
 };
@@ -372,7 +372,7 @@ impl ModelMaterials {
     ) -> MovingLooks {
         let mut looks = MovingLooks::default();
         let mut textures: Vec<_> = self.textures.iter().collect();
-        textures.sort_by_key(|(reference, _)| *reference);
+        sorting::sort_by_key(&mut textures, |(reference, _)| *reference);
         for (reference, motion) in textures {
             looks.texture_places.insert(*reference, looks.textures.len());
             looks.textures.push(*motion);

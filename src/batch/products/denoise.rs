@@ -20,6 +20,7 @@ use crate::{
     },
     denoise::{self, DenoiseError, Frame, Method, Oidn},
     error::Error,
+    math::sorting,
     output::{self, Attribute, Exr, ExrFile, FilePattern, Format as _, OutputError, Value, atomic},
     render::{Cancel, Cancelled},
     simd::Isa,
@@ -339,7 +340,7 @@ impl Loaded {
                 self.frames.push_back(frame);
             }
         }
-        self.frames.make_contiguous().sort_by_key(|frame| frame.number);
+        sorting::sort_by_key(self.frames.make_contiguous(), |frame| frame.number);
         Ok(())
     }
 

@@ -21,7 +21,7 @@ use crate::{
     },
     denoise::DenoiseError,
     error::Error,
-    math::parallel,
+    math::{parallel, sorting},
     output::{Coverage, Exr, ExrFile, Format as _, FrameImage, OutputError, Value},
     render::Cancel,
 };
@@ -91,7 +91,7 @@ pub(in crate::batch) fn write(
     summary.written = written;
     summary.skipped += kept;
     summary.failures.extend(failures);
-    summary.failures.sort_by_key(|failure| failure.frame);
+    sorting::sort_by_key(&mut summary.failures, |failure| failure.frame);
     Ok(())
 }
 

@@ -16,6 +16,7 @@ use crate::{
     camera::CalibratedView,
     error::Error,
     film::Window,
+    math::sorting,
     output::Value,
     warnings::{WarningKind, Warnings},
 };
@@ -119,7 +120,7 @@ pub(super) fn join(own: &mut Transforms, others: Transforms, plan: &Plan, path: 
             !numbers.contains(&frame.frame) && !names.contains(&frame.file_path) && is_of_sequence(frame)
         }),
     );
-    own.frames.sort_by_key(|frame| frame.frame);
+    sorting::sort_by_key(&mut own.frames, |frame| frame.frame);
 }
 
 /// The frame of this number and picture, which shows `window` of the whole.

@@ -16,6 +16,7 @@ use crate::{
     film::{PassRequest, Window},
     filter::Filter,
     integrator::BuiltIn,
+    math::sorting,
     output::{Attribute, DisplayTransform, Encoding, FrameMetadata, Shown, camera_attributes},
     render::{AdaptiveSampling, Content, SceneTime, Settings, moment_times},
     sampler::Sampler,
@@ -56,7 +57,7 @@ impl InputHash {
                 (hash.to_string(), name.display().to_string())
             })
             .collect();
-        files.sort();
+        sorting::sort_by(&mut files, Ord::cmp);
         let (halved, overrides) = (store.halved(), scene.overrides.of_scene());
         let text = serde_json::to_vec(&HashedInputs {
             files,

@@ -7,6 +7,7 @@ use super::{
 };
 use crate::{
     film::Window,
+    math::sorting,
     output::{BlockShape, EncodeError, Value},
 };
 
@@ -82,7 +83,7 @@ pub(super) fn encode(image: &Image, channels: &[Channel], part: Option<PartFacts
             entry("chunkCount", &Value::Int(blocks as i32)),
         ]);
     }
-    entries.sort_by_key(|e| e.name);
+    sorting::sort_by_key(&mut entries, |e| e.name);
     check_names(&entries, channels)?;
 
     let mut bytes = Vec::new();

@@ -9,6 +9,7 @@ use super::{
 };
 use crate::{
     film::Window,
+    math::sorting,
     output::{BlockShape, EncodeError, WriteReport, counting::Counting},
 };
 
@@ -32,7 +33,7 @@ fn write_file(parts: &[(&str, Image)], flags: u32, out: &mut dyn Write) -> Resul
     let mut packed = Vec::new();
     for (name, image) in parts {
         let mut channels = image.channels.to_vec();
-        channels.sort_by_key(|c| c.name);
+        sorting::sort_by_key(&mut channels, |c| c.name);
         check(image, &channels)?;
         let blocks = blocks::encode(image, &channels)?;
         let facts = is_multi.then_some(PartFacts {
