@@ -278,9 +278,9 @@ fn images_that_stay_are_decoded_once_and_changed_files_again() {
     scenes.recover();
     assert!(picture(&job, scenes.seek(4.0).expect("a scene")) == fourth);
     fs::copy(folder.path().join("b.tga"), folder.path().join("a.tga")).expect("copied");
+    // The new image may be where the old one was.
     assert!(picture(&job, scenes.seek(3.5).expect("a scene")) != fourth);
-    let other = texels(scenes.current());
-    assert!(other[0] != addresses[0] && other[1] == addresses[1]);
+    assert_eq!(texels(scenes.current())[1], addresses[1]);
 }
 
 #[test]
