@@ -40,6 +40,8 @@ const HELP: &str = "{about-with-newline}
     name = "batch-render",
     version,
     help_template = HELP,
+    long_version = super::version::long(),
+    after_long_help = super::examples::RENDER,
     args_conflicts_with_subcommands = true,
     subcommand_negates_reqs = true,
     disable_help_flag = true,
@@ -64,7 +66,7 @@ pub struct Args {
     #[arg(short, long, action = ArgAction::Help, global = true, help_heading = heading::GENERAL)]
     help: Option<bool>,
 
-    /// Print the version
+    /// Print the version; --version also tells features and vectors
     #[arg(short = 'V', long, action = ArgAction::Version, help_heading = heading::GENERAL)]
     version: Option<bool>,
 }
@@ -72,10 +74,13 @@ pub struct Args {
 #[derive(Debug, Subcommand)]
 pub enum Command {
     /// Validate a scene and every file that it names, and list what it consists of
+    #[command(after_long_help = super::examples::CHECK)]
     Check(Box<CheckArgs>),
     /// Compare acceleration structures on the rays of a scene
+    #[command(after_long_help = super::examples::BENCH)]
     Bench(super::bench_args::BenchArgs),
     /// Join crops of one frame into the file of the whole frame
+    #[command(after_long_help = super::examples::MERGE)]
     Merge {
         /// The file to write, .exr, .npz or .png
         out: PathBuf,
@@ -85,6 +90,7 @@ pub enum Command {
         crops: Vec<PathBuf>,
     },
     /// Take the noise out of a sequence that was rendered with --aovs denoise
+    #[command(after_long_help = super::examples::DENOISE)]
     Denoise(super::denoise_args::DenoiseArgs),
     /// Compare pictures with references: FLIP, errors, and an exit code
     #[command(after_long_help = super::compare_args::EXAMPLES)]
@@ -93,11 +99,18 @@ pub enum Command {
     #[command(after_long_help = super::convert_args::EXAMPLES)]
     ConvertCamera(super::convert_args::ConvertArgs),
     /// Write a job for a farm: a batch script of Slurm, or a template of OpenJD
+    #[command(after_long_help = super::examples::SUBMIT)]
     Submit(Box<SubmitArgs>),
     /// Fly the camera through a scene on a page in the browser, and keep its path
     #[cfg(feature = "viewer")]
     #[command(after_long_help = super::fly_args::KEYS)]
     Fly(super::fly_args::FlyArgs),
+    /// Print the completions of a shell
+    #[command(hide = true)]
+    Completions { shell: super::completions::Shell },
+    /// Print the manual page
+    #[command(hide = true)]
+    Man,
 }
 
 #[derive(Debug, ClapArgs)]

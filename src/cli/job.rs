@@ -15,13 +15,16 @@ use batch_render::{
     simd::Isa,
 };
 
+use clap::CommandFactory as _;
+
 use super::{
     args::{Args, CheckArgs, Command, RenderArgs},
     choices::ProgressKind,
+    completions,
     events::{EventFormat, Events},
     failures::{self, FramesFailed},
     figures::State,
-    inventory, log, memory,
+    inventory, log, man, memory,
     opened::Opened,
     preview::{Preview, PreviewSize},
     progress::{Progress, say},
@@ -53,6 +56,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Some(Command::Denoise(denoise)) => super::denoise::run(denoise, simd, args.quiet),
         Some(Command::ConvertCamera(convert)) => super::convert::run(convert, args.quiet),
         Some(Command::Compare(compare)) => super::compare::run(compare, args.quiet),
+        Some(Command::Completions { shell }) => print(&completions::script(*shell, &whole())),
+        Some(Command::Man) => print(&man::page(&whole())),
         Some(Command::Submit(submit)) => super::submit::run(submit, simd),
         None => scenes::run(&args.render, (simd, args.quiet), render),
     }
@@ -269,6 +274,18 @@ fn list_stale(plan: &Plan, stale: &[Option<Stale>]) -> io::Result<()> {
         let Stale { path, reason } = stale.as_ref()?;
         Some(format!("{}\t{}\t{reason}", frame.number, display(path)))
     }))
+}
+
+/// The command line with all that its commands share.
+fn whole() -> clap::Command {
+    let mut command = Args::command();
+    command.build();
+    command
+}
+
+/// Prints a text.
+fn print(text: &str) -> anyhow::Result<()> {
+    Ok(print_lines(text.lines().map(str::to_owned)).map_err(Error::Stdout)?)
 }
 
 /// Prints lines. A closed pipe is no error.

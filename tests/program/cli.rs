@@ -186,7 +186,75 @@ fn wrong_usage_ends_with_2_and_help_with_0() {
     folder.fail(2, &["s.toml", "--resolution", "0x4"]);
     folder.fail(2, &["s.toml", "--skip-existing", "--overwrite"]);
     assert!(folder.succeed(&["--help"]).contains("--frames"));
-    assert!(folder.succeed(&["--version"]).starts_with("batch-render "));
+}
+
+#[test]
+fn the_long_version_tells_features_and_vectors() {
+    let folder = Folder::new();
+    let short = folder.succeed(&["-V"]);
+    assert_eq!(short, concat!("batch-render ", env!("CARGO_PKG_VERSION"), "\n"));
+    let long = folder.succeed(&["--version"]);
+    let lines: Vec<&str> = long.lines().collect();
+    assert!(long.starts_with(short.trim_end()) && lines.len() == 4, "{long}");
+    for (line, name) in lines[1..].iter().zip(["features: ", "system: ", "vectors: "]) {
+        assert!(line.starts_with(name), "{long}");
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn shells_complete_commands_flags_and_values() {
+    let folder = Folder::new();
+    let script = folder.succeed(&["completions", "bash"]);
+    folder.write("c.bash", &script);
+    let complete = |words: &str| {
+        let count = words.split(' ').count() - 1;
+        let typed =
+            format!("source ./c.bash; COMP_WORDS=({words}); COMP_CWORD={count}; _batch_render; echo ${{COMPREPLY[*]}}");
+        let output = std::process::Command::new("bash")
+            .args(["-c", &typed])
+            .current_dir(folder.path("."))
+            .output();
+        String::from_utf8(output.expect("bash runs").stdout)
+            .expect("UTF-8")
+            .trim()
+            .to_owned()
+    };
+    assert_eq!(complete("batch-render che"), "check");
+    assert_eq!(complete("batch-render c.b"), "c.bash");
+    assert_eq!(complete("batch-render s.toml --skip"), "--skip-existing");
+    assert_eq!(complete("batch-render s.toml --progress pl"), "plain");
+    assert_eq!(complete("batch-render check s.toml --str"), "--strict");
+    assert_eq!(complete("batch-render check s.toml --missing-assets pl"), "placeholder");
+    assert_eq!(complete("batch-render check s.toml --skip"), "");
+    let flags = folder.succeed(&["completions", "fish"]);
+    assert!(
+        flags.contains("-l threads -s t -r -d 'Threads to render with"),
+        "{flags}"
+    );
+    let flags = folder.succeed(&["completions", "zsh"]);
+    assert!(
+        flags.starts_with("#compdef batch-render\n") && flags.contains("'*--skip-existing["),
+        "{flags}"
+    );
+    folder.fail(2, &["completions", "tcsh"]);
+}
+
+#[test]
+fn the_manual_page_has_every_flag() {
+    let folder = Folder::new();
+    let page = folder.succeed(&["man"]);
+    assert!(page.starts_with(".TH BATCH\\-RENDER 1 "), "{page}");
+    let help = folder.succeed(&["--help"]);
+    let flags = help.lines().filter_map(|line| line.trim_start().strip_prefix("--"));
+    let flags = flags.filter_map(|line| line.split([' ', '=', '[']).next());
+    for flag in flags {
+        let marked = format!("\\fB\\-\\-{}\\fR", flag.replace('-', "\\-"));
+        assert!(page.contains(&marked), "{marked}");
+    }
+    for heading in [".SS Frames", ".SH BATCH\\-RENDER CHECK", ".SH EXAMPLES"] {
+        assert!(page.lines().any(|line| line == heading), "{heading}");
+    }
 }
 
 #[test]
