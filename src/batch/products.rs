@@ -1,5 +1,6 @@
 //! The files that a job makes beside its pictures, and the list of all files that it writes.
 
+pub(super) mod coco;
 mod colmap;
 pub mod denoise;
 pub(super) mod denoised;

@@ -14,7 +14,7 @@ use super::{
     Scenes, StaleReason, Summary, Survey,
     frame_scenes::{Failed, ScenesOfFrame},
     plan::time_limit,
-    products::sidecars,
+    products::{coco::Instances, metadata::Sidecar, sidecars},
     resume::checkpoint,
     resume::failure,
     resume::frame_interrupts::FrameInterrupts,
@@ -77,9 +77,17 @@ pub fn run(
         .build()
         .map_err(|cause| Error::threads("the threads that write files", &cause))?;
     let mut written = Ok(WriteSummary::default());
+    let mut instances = plan.files.sidecars.contains(&Sidecar::Coco).then(Instances::default);
     let rendered = encoders.in_place_scope(|scope| {
         scope.spawn(|_| written = write_all(plan, coverage, receive, observer));
-        let rendered = render_all((plan, &rig), scenes, (survey, coverage), (observer, &control), &send);
+        let labels = instances.as_mut();
+        let rendered = render_all(
+            (plan, &rig),
+            (scenes, labels),
+            (survey, coverage),
+            (observer, &control),
+            &send,
+        );
         drop(send);
         rendered
     });
@@ -98,7 +106,7 @@ pub fn run(
     sorting::sort_by_key(&mut summary.failures, |failure| failure.frame);
     sidecars::write(
         (plan, survey.inputs),
-        (&rig, scenes.current()),
+        (&rig, scenes.current(), instances),
         &summary.failures,
         control.cancel,
     )?;
@@ -119,7 +127,7 @@ struct WriteSummary {
 
 fn render_all<'a>(
     (plan, rig): (&'a Plan, &CameraRig),
-    scenes: &mut Scenes<'_>,
+    (scenes, mut instances): (&mut Scenes<'_>, Option<&mut Instances>),
     (survey, coverage): (&Survey, Coverage),
     (observer, control): (&dyn Observer, &Control<'_>),
     send: &SyncSender<Finished<'a>>,
@@ -143,6 +151,9 @@ fn render_all<'a>(
                     if plan.denoises().is_none() {
                         observer.event(&JobEvent::FrameSkipped { frame: frame.number });
                         summary.skipped += 1;
+                    }
+                    if let Some(instances) = &mut instances {
+                        label(instances, (plan, rig), scenes, (frame, control))?;
                     }
                     continue;
                 }
@@ -226,6 +237,9 @@ fn render_all<'a>(
         }
         summary.frame_times.push(took);
         summary.rendered += 1;
+        if let Some(instances) = &mut instances {
+            label(instances, (plan, rig), scenes, (frame, control))?;
+        }
         let finished = Finished {
             frame,
             camera,
@@ -238,6 +252,27 @@ fn render_all<'a>(
         }
     }
     Ok(summary)
+}
+
+/// Adds the objects of a frame, which does not depend on whether it was rendered now or before.
+fn label(
+    instances: &mut Instances,
+    (plan, rig): (&Plan, &CameraRig),
+    scenes: &mut Scenes<'_>,
+    (frame, control): (&PlannedFrame, &Control<'_>),
+) -> Result<(), Error> {
+    let camera = rig.camera(plan, frame);
+    let mut of_frame = ScenesOfFrame {
+        scenes: &mut *scenes,
+        number: frame.number,
+        camera: &camera,
+    };
+    match plan.render_objects(&mut of_frame, (frame, &camera), control.cancel) {
+        Ok(film) => instances.add(plan, frame.number, (&film, scenes.current())),
+        Err(Failed::Render(error)) => return Err(error.into()),
+        Err(Failed::Scene(error)) => return Err(error),
+    }
+    Ok(())
 }
 
 /// Writes frames as they come.

@@ -1,16 +1,13 @@
 //! Warnings of pictures that show next to nothing.
 
-use super::{
-    Plan,
-    plan::metering::{objects_pass, surfaces},
-};
+use super::{Plan, plan::metering::surfaces};
 use crate::{
     camera::FrameCamera,
     film::{Film, passes::Display},
     light::Light,
     math::{Rgb, parallel},
     output::{Coverage, PixelDisplay},
-    render::{Content, Control, Renderer, SampleBudget, Settings},
+    render::{Content, Control, Renderer},
     scene::Scene,
 };
 
@@ -80,13 +77,7 @@ pub(super) fn fault(
 
 /// A picture whose alpha tells where the camera sees something, and the objects there.
 fn first_hits(plan: &Plan, scene: &Scene, camera: &FrameCamera) -> Option<Film> {
-    let settings = Settings {
-        content: Content::FirstHits,
-        samples: SampleBudget::fixed(1),
-        filter: None,
-        passes: vec![objects_pass()],
-        ..plan.picture.settings.clone()
-    };
+    let settings = plan.settings_of_objects(None);
     let integrator = plan.picture.integrator.as_dyn();
     let film = Renderer::new().render(scene, camera, integrator, &settings, &Control::default());
     film.ok()

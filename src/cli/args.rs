@@ -288,7 +288,7 @@ pub struct RenderArgs {
     #[arg(long, value_name = "PATTERN", num_args = 0..=1, require_equals = true, default_missing_value = "", hide_short_help = true, help_heading = heading::OUTPUT)]
     pub png_ids: Option<String>,
 
-    /// Files beside the pictures: transforms (cameras, as NeRF programs read them), colmap (cameras, as COLMAP does), ids (names of objects and materials)
+    /// Files beside the pictures: transforms (cameras, as NeRF programs read them), colmap (cameras, as COLMAP does), coco (boxes and masks of objects), ids (names of objects and materials)
     #[arg(long, value_name = "LIST", value_delimiter = ',', hide_short_help = true, help_heading = heading::OUTPUT)]
     pub metadata: Vec<String>,
 

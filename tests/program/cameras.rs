@@ -269,3 +269,84 @@ fn conversions_say_what_is_lost_and_leave_nothing_where_they_fail() {
         ["camera.chan", "lens.chan", "lens.json", "model", "path.csv", "walk.tum"]
     );
 }
+
+#[test]
+fn instances_of_parts_and_of_resumed_jobs_are_those_of_one_job() {
+    let folder = Folder::new();
+    let ball = |name: &str, x: f64| {
+        format!(
+            "[[object]]\nname = \"{name}\"\nmaterial = \"m\"\nshape.sphere = {{ center = [{x}, 0, 0], radius = 0.7 }}\n"
+        )
+    };
+    let camera = "[render]\nwidth = 40\nheight = 30\nsamples = 1\n[camera]\nperspective = { eye = [0, 1, 4], target = [0, 0, 0] }\n\
+        [material.m]\nmatte = { albedo = 0.5 }\n";
+    folder.write(
+        "s.toml",
+        &[
+            camera.to_owned(),
+            ball("ball.001", -0.8),
+            ball("ball.002", 0.8),
+            ball("box", 0.0).replace("[0, 0, 0]", "[0, 3.5, 0]"),
+        ]
+        .concat(),
+    );
+    let job = |output: &str, more: &[&str]| {
+        let pattern = format!("{output}/f.####.exr");
+        let flags = [
+            "s.toml",
+            "--turntable",
+            "3",
+            "--aovs",
+            "objectId",
+            "--metadata",
+            "coco",
+            "--progress",
+            "none",
+            "-o",
+            &pattern,
+        ];
+        folder.succeed(&[&flags[..], more].concat());
+        folder.read(&format!("{output}/coco.json"))
+    };
+    let whole = job("whole", &[]);
+    for part in ["3/3", "1/3", "2/3"] {
+        job("parts", &["--part", part]);
+    }
+    assert!(folder.read("parts/coco.json") == whole);
+    std::fs::remove_file(folder.path("whole/f.0002.exr")).expect("removed");
+    assert!(job("whole", &["--skip-existing"]) == whole);
+    let file: Value = serde_json::from_slice(&whole).expect("JSON");
+    let list = |key: &str| file[key].as_array().expect("a list").clone();
+    let names: Vec<Value> = list("categories")
+        .iter()
+        .map(|category| category["name"].clone())
+        .collect();
+    assert_eq!(names, ["ball", "box"]);
+    assert_eq!(list("images").len(), 3);
+    assert_eq!(list("images")[1]["file_name"], "f.0002.exr");
+    let annotations = list("annotations");
+    for (image, name) in [(1, "whole/f.0001.exr"), (3, "whole/f.0003.exr")] {
+        let opened = folder.open_exr(name);
+        let channels = &opened.layer_data[0].channel_data.list;
+        let ids = channels
+            .iter()
+            .find(|channel| channel.name.to_string() == "objectId.Y")
+            .expect("the pass");
+        let ids: Vec<f32> = ids.sample_data.values_as_f32().collect();
+        for object in 1..=2 {
+            let of = |a: &&Value| a["image_id"] == image && a["object_id"] == object;
+            let annotation = annotations.iter().find(of).expect("an instance");
+            assert_eq!(annotation["id"], image * 1_000_000 + object);
+            let pixels: Vec<usize> = (0..ids.len()).filter(|i| ids[*i] == object as f32).collect();
+            assert_eq!(annotation["area"], pixels.len());
+            let columns = pixels.iter().map(|i| i % 40);
+            let rows = pixels.iter().map(|i| i / 40);
+            let (x0, x1) = (columns.clone().min().expect("a pixel"), columns.max().expect("a pixel"));
+            let (y0, y1) = (rows.clone().min().expect("a pixel"), rows.max().expect("a pixel"));
+            assert_eq!(
+                numbers(&annotation["bbox"]),
+                [x0, y0, x1 + 1 - x0, y1 + 1 - y0].map(|n| n as f64)
+            );
+        }
+    }
+}

@@ -8,17 +8,18 @@
 
 use super::cameras::metered_resolution;
 use crate::{
-    batch::Plan,
+    batch::{Plan, PlannedFrame},
+    camera::FrameCamera,
     film::{Film, PassRequest},
     math::{Rgb, exponential},
-    render::{Cancel, Content, Control, RenderError, Renderer, Settings},
+    render::{Cancel, Content, Control, FrameScenes, RenderError, Renderer, SampleBudget, Settings},
     scene::{ObjectRole, Scene},
 };
 
 const SAMPLES: u32 = 16;
 
 /// The pass that tells which objects are seen.
-const OBJECTS: &str = "objectId";
+pub(in crate::batch) const OBJECTS: &str = "objectId";
 
 /// The brightness that the log-average is shown with.
 const MIDDLE_GRAY: f32 = 0.18;
@@ -62,6 +63,39 @@ impl Plan {
             adaptive.gain = exponential::pow(2.0, plan.picture.exposure);
         }
         Ok(plan)
+    }
+
+    /// The settings of a picture of the objects in the middle of each pixel, with one sample.
+    pub(in crate::batch) fn settings_of_objects(&self, frame: Option<i32>) -> Settings {
+        Settings {
+            noise_frame: frame.map_or(0, |frame| self.picture.seed_mode.frame(frame)),
+            content: Content::FirstHits,
+            samples: SampleBudget::fixed(1),
+            filter: None,
+            passes: vec![objects_pass()],
+            ..self.picture.settings.clone()
+        }
+    }
+
+    /// Renders such a picture of a frame, where the files beside the pictures need it.
+    ///
+    /// # Errors
+    /// The frame was cancelled.
+    pub(in crate::batch) fn render_objects<S: FrameScenes>(
+        &self,
+        scenes: &mut S,
+        (frame, camera): (&PlannedFrame, &FrameCamera),
+        cancel: Option<&Cancel>,
+    ) -> Result<Film, S::Error> {
+        let control = Control {
+            cancel,
+            ..Control::default()
+        };
+        let (integrator, settings) = (
+            self.picture.integrator.as_dyn(),
+            self.settings_of_objects(Some(frame.number)),
+        );
+        Renderer::new().render_moving(scenes, camera, integrator, &settings, &control)
     }
 }
 

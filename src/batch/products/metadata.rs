@@ -4,6 +4,7 @@
 //! |---|---|---|
 //! | `transforms` | `transforms.json` | the camera of each frame, as NeRF programs read it |
 //! | `colmap` | `sparse/0/cameras.txt`, `images.txt` and `points3D.txt`, and `transforms.json` | the same cameras, as COLMAP reads them |
+//! | `coco` | `coco.json` | boxes and masks of the objects in each picture, as COCO has them |
 //! | `ids` | `ids.json` | the names of objects and materials by the numbers of `objectId` and `materialId` |
 //!
 //! They are written to the folder of the pictures. Source of the first: Mildenhall et al., "NeRF", ECCV 2020,
@@ -22,6 +23,7 @@ named! {
     pub enum Sidecar: "metadata" {
         Transforms = "transforms",
         Colmap = "colmap",
+        Coco = "coco",
         Ids = "ids",
     }
 }
@@ -32,6 +34,7 @@ impl Sidecar {
         picture.with_file_name(match self {
             Self::Transforms => "transforms.json",
             Self::Colmap => "sparse/0/images.txt",
+            Self::Coco => "coco.json",
             Self::Ids => "ids.json",
         })
     }

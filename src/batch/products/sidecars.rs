@@ -4,7 +4,7 @@ use std::{fs, path::Path};
 
 use serde::Serialize;
 
-use super::{colmap, ids::Ids, metadata::Sidecar, transforms};
+use super::{coco::Instances, colmap, ids::Ids, metadata::Sidecar, transforms};
 use crate::{
     assets::camera_path::transforms::Transforms,
     batch::{CameraRig, FrameFailure, InputHash, Plan},
@@ -18,7 +18,7 @@ use crate::{
 /// sequence keeps what others have written of the other frames.
 pub(in crate::batch) fn write(
     (plan, inputs): (&Plan, InputHash),
-    (rig, scene): (&CameraRig, &Scene),
+    (rig, scene, instances): (&CameraRig, &Scene, Option<Instances>),
     failures: &[FrameFailure],
     cancel: Option<&Cancel>,
 ) -> Result<(), Error> {
@@ -38,6 +38,16 @@ pub(in crate::batch) fn write(
         if let Some(images) = path(Sidecar::Colmap) {
             write_colmap(&atomic::folder_of(&images), &own)?;
         }
+    }
+    if let (Some(path), Some(instances)) = (path(Sidecar::Coco), instances) {
+        let mut own = instances.file(scene, failures);
+        let _gate = FolderGate::close(&atomic::folder_of(&path), cancel);
+        if plan.is_chunk
+            && let Some(others) = transforms::read(&path, &plan.warnings)
+        {
+            own.join(others, plan, &path);
+        }
+        write_json(&path, &own)?;
     }
     if let Some(path) = path(Sidecar::Ids) {
         write_json(&path, &Ids::new(scene))?;

@@ -2,6 +2,8 @@
 
 use std::{collections::HashSet, fs, path::Path};
 
+use serde::de::DeserializeOwned;
+
 use super::metadata::calibrated;
 use crate::{
     assets::camera_path::{
@@ -22,7 +24,7 @@ use crate::{
 };
 
 /// The name of the picture of a frame.
-fn picture_name(plan: &Plan, frame: i32) -> String {
+pub(super) fn picture_name(plan: &Plan, frame: i32) -> String {
     let path = plan.files.picture.as_ref().map(|pattern| pattern.path(frame));
     let name = path.as_deref().and_then(Path::file_name).unwrap_or_default();
     name.to_string_lossy().into_owned()
@@ -83,7 +85,7 @@ pub(super) fn of_job(
 }
 
 /// The content of the file at `path`; `None` where there is none, or it is damaged.
-pub(super) fn read(path: &Path, warnings: &Warnings) -> Option<Transforms> {
+pub(super) fn read<T: DeserializeOwned>(path: &Path, warnings: &Warnings) -> Option<T> {
     let text = path.is_file().then(|| fs::read(path).ok()).flatten()?;
     let read = serde_json::from_slice(&text);
     let lost = |cause| format!("the frames of other jobs are lost, {cause}: {}", path.display());
