@@ -133,12 +133,13 @@ impl KnownNames {
         };
         match (found, rest.first()) {
             (Some(found), _) => Ok(step(found)),
-            (None, Some(_)) if names.is_empty() => {
+            // A table that has no names yet may get its first one.
+            (None, Some(_)) if is_list && names.is_empty() => {
                 let none =
                     UnknownName::new(what, &rest[0], []).with_fallback(Some(format!("the scene has no {what}s")));
                 Err(none.at(span.clone()))
             }
-            (None, Some(name)) if !(is_list && name.parse::<usize>().is_ok()) => {
+            (None, Some(name)) if !(names.is_empty() || is_list && name.parse::<usize>().is_ok()) => {
                 Err(unknown(what, rest, names).at(span.clone()))
             }
             (None, _) => Ok(plain()),
