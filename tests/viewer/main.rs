@@ -380,8 +380,13 @@ fn the_program_ends_cleanly_while_pages_are_connected_and_a_job_runs() {
 fn wrong_use_is_said_before_anything_is_served() {
     let folder = Folder::new();
     folder.write("scene.toml", SMALL_SCENE);
-    let error = folder.fail(65, &["fly", "scene.toml", "--frames", "path.txt"]);
+    let error = folder.fail(65, &["fly", "scene.toml", "--frames", "path.abc"]);
     assert!(error.contains("unknown camera path format"), "{error}");
+    let error = folder.fail(2, &["fly", "scene.toml", "--frames", "path.txt"]);
+    assert!(
+        error.contains("keys are kept in CSV files, not in those of tum"),
+        "{error}"
+    );
     folder.fail(66, &["fly", "nothing.toml"]);
     folder.write("bad.csv", "frame,eye_x\n1,2\n");
     folder.fail(65, &["fly", "scene.toml", "--frames", "bad.csv"]);

@@ -60,10 +60,10 @@ impl CameraPathFormat {
         if path.is_dir() {
             return Self::by_name("colmap");
         }
-        let name = path.file_name()?.to_str()?;
+        let name = path.file_name()?.to_string_lossy();
         let extension = path.extension()?.to_str()?.to_ascii_lowercase();
         let is_format = |f: &&Self| f.extensions.contains(&extension.as_str());
-        let is_name = |f: &&Self| f.names.is_empty() || f.names.contains(&name);
+        let is_name = |f: &&Self| f.names.is_empty() || f.names.contains(&&*name);
         FORMATS.iter().filter(is_format).find(is_name)
     }
 }
