@@ -104,7 +104,7 @@ pub struct SceneReports {
 /// The figures of one of them.
 #[derive(Clone, Serialize, Deserialize)]
 pub struct SceneReport {
-    /// What `{scene}` stands for.
+    /// The name that replaces `{scene}`.
     pub name: String,
     /// Its path, as typed.
     pub scene: String,

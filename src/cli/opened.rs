@@ -27,7 +27,7 @@ pub struct Opened {
     /// The scene, as the messages name it.
     pub path: PathBuf,
     pub warnings: Warnings,
-    /// What [`Opened::load`] has loaded.
+    /// The scene, once [`Opened::load`] has loaded it.
     pub scene: Option<SceneBuilder>,
     /// The time of opening and loading so far.
     pub took: Duration,

@@ -101,7 +101,7 @@ pub fn page(album: &Album) -> String {
     out
 }
 
-/// What loads the page anew every few seconds as long as it changes.
+/// The HTML element that reloads the page every few seconds while the job runs.
 pub fn refresh(state: State) -> &'static str {
     match state {
         State::Running => "<meta http-equiv=\"refresh\" content=\"5\">",

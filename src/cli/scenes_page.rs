@@ -10,7 +10,7 @@ use super::{
     summary::{plural, seconds},
 };
 
-/// What the page shows of a scene that was loaded.
+/// The row of a loaded scene in the table of the page.
 #[derive(Clone)]
 pub struct SceneRow {
     /// The frames that are written, were skipped, and have failed.

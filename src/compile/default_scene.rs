@@ -70,7 +70,7 @@ pub struct ModelOptions<'a> {
     pub point_radius: Option<f32>,
     /// Whether it stands on a ground.
     pub ground: bool,
-    /// What its bounds are made to fill.
+    /// The unit shape that the model is scaled to.
     pub normalise: Option<Normalise>,
 }
 

@@ -12,7 +12,7 @@ fn unspanned<T>(value: T) -> Spanned<T> {
     Spanned::new(0..0, value)
 }
 
-/// What an object says of the point lights and spots of its model.
+/// The options of an object for the point lights and spots of its model.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct LampOptions {
     /// In m.

@@ -55,7 +55,7 @@ pub(super) struct PlacedModel {
     pub light_group: Option<String>,
     /// Overrides the radius of its points, in m.
     pub point_radius: Option<f32>,
-    /// What the object says of its point lights and spots.
+    /// The options for its point lights and spots.
     pub lamps: LampOptions,
 }
 

@@ -113,7 +113,7 @@ pub enum Feature {
 pub struct PassContext<'a> {
     /// The camera when the shutter opens for the pixel.
     pub camera: &'a Camera,
-    /// That of the frame, with those of the frames before and after.
+    /// The camera of the frame, with those of the frames before and after.
     pub frame_camera: &'a FrameCamera,
     /// The size of the whole picture.
     pub film: FilmSize,

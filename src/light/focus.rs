@@ -17,7 +17,7 @@ const MIN_SPREAD: f32 = 1e-4;
 /// The largest part of the surface that is sampled by itself.
 const MAX_PART: f64 = 0.5;
 
-/// How the light of a flat surface is concentrated about its normal: the grid of a soft box, whose cells hide more of the surface the
+/// The concentration of a flat light about its normal, as by the grid of a soft box, whose cells hide more of the surface the
 /// more aslant it is seen. The power does not depend on it.
 #[derive(Clone, Copy, Debug)]
 pub(super) struct Focus {

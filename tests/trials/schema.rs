@@ -242,7 +242,7 @@ fn describe(scene: &mut Value) {
     }
 }
 
-/// What the tables of a page say of each key, and whether it is required.
+/// Returns the description of each key in the tables of a page, and whether it is required.
 fn rows(page: &str) -> BTreeMap<String, (String, bool)> {
     let mut rows = BTreeMap::new();
     let mut columns = Vec::new();

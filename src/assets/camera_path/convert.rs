@@ -20,7 +20,7 @@ use crate::{
 /// The most frames that are written.
 const MOST_FRAMES: i64 = 1_000_000;
 
-/// What a conversion takes beside its files.
+/// The options of a conversion.
 #[derive(Clone, Debug, Default)]
 pub struct Conversion {
     pub options: CameraPathOptions,
@@ -36,7 +36,7 @@ pub struct Converted {
     /// The files with their contents.
     pub files: Vec<(PathBuf, Vec<u8>)>,
     pub frames: usize,
-    /// What the files do not hold, in words.
+    /// The properties of the cameras that the format cannot store, in words.
     pub lost: Option<String>,
 }
 

@@ -1,4 +1,4 @@
-//! What formats of cameras hold, and what is lost otherwise.
+//! The properties of cameras that a format stores, and those that a conversion loses.
 
 use std::path::{Path, PathBuf};
 
@@ -23,7 +23,7 @@ impl Target<'_> {
     }
 }
 
-/// How the numbers of frames are kept.
+/// The way in which a format stores frame numbers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Numbers {
     Written,
@@ -33,7 +33,7 @@ pub enum Numbers {
     Counted,
 }
 
-/// What files of a format hold of cameras beside their poses.
+/// The properties of cameras that a format stores beside their poses.
 #[derive(Clone, Copy, Debug)]
 pub struct Holds {
     pub numbers: Numbers,

@@ -75,7 +75,7 @@ impl Still {
     }
 }
 
-/// Of the two quaternions of a rotation that with `w` of at least 0.
+/// Returns the quaternion of the same rotation with `w` of at least 0.
 fn upper(rotation: DQuat) -> DQuat {
     if rotation.w < 0.0 { -rotation } else { rotation }
 }

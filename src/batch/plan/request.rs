@@ -70,7 +70,7 @@ pub struct Request {
     pub frame_to_fit: bool,
     /// Whether a model that is the scene stands on a ground.
     pub ground: bool,
-    /// What the bounds of a model by itself are made to fill.
+    /// The unit shape that a model by itself is scaled to.
     pub normalise: Option<Normalise>,
     pub range: Option<FrameRange>,
     /// The share of these frames that this job renders.

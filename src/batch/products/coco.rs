@@ -24,7 +24,7 @@ use crate::{
 /// The numbers of the instances of a frame, of which each object has one.
 const STRIDE: i64 = 1_000_000;
 
-/// What the numbers mean, in words.
+/// The conventions of the file, in words.
 const CONVENTIONS: &str = "image_id is the number of the frame; object_id is the number in objectId and ids.json, from 1; a mask has the pixels whose \
      centre shows the object, and bbox is x, y, width, height of these pixels";
 

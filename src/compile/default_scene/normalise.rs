@@ -12,7 +12,7 @@ use crate::{
 };
 
 named! {
-    /// What the bounds of a model by itself are made to fill. Both have their middle at the origin.
+    /// The unit shape that a model by itself is scaled to. It is centred at the origin.
     pub enum Normalise: "shape" {
         /// A sphere of radius 1: the corners of the bounds lie on it.
         UnitSphere = "unit-sphere",

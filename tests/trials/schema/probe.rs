@@ -29,7 +29,7 @@ pub fn schema_of<T: for<'de> Deserialize<'de>>() -> Value {
 type Step = Option<String>;
 type Read<'a> = &'a dyn Fn(Probe<'_>) -> Result<(), Fault>;
 
-/// What a type asks for.
+/// The kind of value that a type requests from the deserializer.
 #[derive(Clone, Debug)]
 enum Asked {
     Anything,
@@ -58,7 +58,7 @@ enum Offer {
 /// Why a type does not take a value.
 #[derive(Debug)]
 enum Fault {
-    /// Of this type no value is taken.
+    /// Values of this type are rejected.
     Type,
     /// The names that are known.
     Names(&'static [&'static str]),

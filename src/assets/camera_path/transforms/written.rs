@@ -11,7 +11,7 @@ use crate::{
     camera::ViewDistortion,
 };
 
-/// What the numbers mean, in words.
+/// The conventions of the file, in words.
 pub const CONVENTIONS: &str = "transform_matrix is camera to world, in metres; the camera looks along its -z, +y is up; \
      lengths of intrinsics are in pixels, and pixel centres are at .5; cameras are those at which shutters open";
 
