@@ -1,10 +1,21 @@
-//! Cameras from other programs' files: what a job writes of its cameras is a camera path of the same pictures.
+//! Cameras from other programs' files. The cameras that a job writes are a camera path of the same pictures.
 
 use crate::{
     common::Folder,
     datasets::{check_transforms, column, numbers},
 };
 use serde_json::Value;
+
+/// A job of the cameras in a file.
+const OF_JSON: [&str; 7] = [
+    "plain.toml",
+    "--frames",
+    "cameras.json",
+    "--samples",
+    "1",
+    "-o",
+    "f.####.exr",
+];
 
 const SCENE: &str = "[camera]\npinhole = { eye = [0, 1, 4], target = [0, 0, 0], size = [128, 96], fx = 140, fy = 144, cx = 60, cy = 50, \
     distortion.opencv = [-0.2, 0.05, 0.001, -0.002] }\n\
@@ -119,16 +130,7 @@ fn pictures_are_frames_of_their_own_and_a_change_of_one_renders_it_alone() {
         let text = format!(r#"{{"w": 16, "h": 12, "fl_x": 20, "frames": [{frames}]}}"#);
         folder.write("cameras.json", &text)
     };
-    let job = [
-        "plain.toml",
-        "--frames",
-        "cameras.json",
-        "--samples",
-        "1",
-        "-o",
-        "f.####.exr",
-        "--skip-existing",
-    ];
+    let job = [&OF_JSON[..], &["--skip-existing"]].concat();
     cameras("0.5");
     folder.succeed(&job);
     assert_eq!(
@@ -136,7 +138,7 @@ fn pictures_are_frames_of_their_own_and_a_change_of_one_renders_it_alone() {
         ["cameras.json", "f.0010.exr", "f.0900.exr", "plain.toml"]
     );
     cameras("0.25");
-    let stale = folder.succeed(&[&job[..7], &["--list-stale"]].concat());
+    let stale = folder.succeed(&[&OF_JSON[..], &["--list-stale"]].concat());
     assert!(stale.lines().count() == 1 && stale.contains("f.0900.exr"), "{stale}");
     // A range may name frames between them.
     folder.succeed(&[&job[..], &["--range", "11"]].concat());
@@ -156,21 +158,12 @@ fn pictures_of_several_sizes_need_one() {
         "cameras.json",
         &format!(r#"{{"frames": [{}, {}]}}"#, frame(16, 0), frame(18, 1)),
     );
-    let job = [
-        "plain.toml",
-        "--frames",
-        "cameras.json",
-        "--samples",
-        "1",
-        "-o",
-        "f.####.exr",
-    ];
-    let error = folder.fail(65, &job);
+    let error = folder.fail(65, &OF_JSON);
     assert!(
         error.contains("some pictures have 16x12 pixels and others 18x12: choose one size (--resolution)"),
         "{error}"
     );
-    folder.succeed(&[&job[..], &["--resolution", "16x12"]].concat());
+    folder.succeed(&[&OF_JSON[..], &["--resolution", "16x12"]].concat());
 }
 
 #[test]
