@@ -98,10 +98,10 @@ impl RenderContext<'_> {
     }
 
     /// The camera when the shutter opens for a pixel, if it is not the same for all pixels.
-    pub fn opening_for(&self, pixel: [i32; 2]) -> Option<Camera> {
+    pub fn opening_for(&self, pixel: impl FnOnce() -> [i32; 2]) -> Option<Camera> {
         let rolls = self.frame_camera.moves() && !self.frame_camera.readout().is_global();
         let camera = || {
-            let time = self.frame_camera.time_of_pixel(0.0, pixel, self.settings.resolution);
+            let time = self.frame_camera.time_of_pixel(0.0, pixel(), self.settings.resolution);
             self.frame_camera.cameras().at(time)
         };
         rolls.then(camera)

@@ -157,11 +157,11 @@ impl Wave {
         let record = |sample: usize| self.record(context, sample, spec.samples.start + (sample % together) as u32);
         for pixel in 0..tile.area() {
             let samples = (pixel * together..(pixel + 1) * together).map(record);
-            let place = tile.place(pixel);
+            let place = || tile.place(pixel);
             let own = context.opening_for(place);
             let count = accumulator.add(context.accumulators, &passes.with_camera(own.as_ref()), pixel, samples);
             if count > 0 {
-                invalid.count_pixel(place, count);
+                invalid.count_pixel(place(), count);
             }
         }
     }

@@ -214,6 +214,15 @@ fn conversions_say_what_is_lost_and_leave_nothing_where_they_fail() {
         String::from_utf8(folder.read("camera.chan")).expect("a text"),
         "1\t0\t0\t5\t0\t0\t0\t40\n2\t0.5\t0\t5\t0\t0\t0\t40\n3\t1\t0\t5\t0\t0\t0\t40\n"
     );
+    folder.write(
+        "rolling.csv",
+        "frame, eye_x, eye_y, eye_z, target_x, target_y, target_z, fov, readout\n1, 0, 0, 5, 0, 0, 0, 40, 0.5\n",
+    );
+    let said = crate::common::stderr(&folder.run(&["convert-camera", "rolling.csv", "rolling.chan"]));
+    assert!(
+        said.contains("chan files do not hold depth of field and shutters"),
+        "{said}"
+    );
     let lens = r#"{"w": 8, "h": 6, "fl_x": 10, "k1": -0.1, "frames": [{"transform_matrix": [[1, 0, 0, 0], [0, 1, 0, 0], [0, 0, 1, 5]]}]}"#;
     folder.write("lens.json", lens);
     let said = crate::common::stderr(&folder.run(&["convert-camera", "lens.json", "lens.chan"]));
@@ -259,7 +268,16 @@ fn conversions_say_what_is_lost_and_leave_nothing_where_they_fail() {
     folder.fail(65, &["convert-camera", "path.csv", "camera.xyz"]);
     assert_eq!(
         folder.names(),
-        ["camera.chan", "lens.chan", "lens.json", "model", "path.csv", "walk.tum"]
+        [
+            "camera.chan",
+            "lens.chan",
+            "lens.json",
+            "model",
+            "path.csv",
+            "rolling.chan",
+            "rolling.csv",
+            "walk.tum"
+        ]
     );
 }
 

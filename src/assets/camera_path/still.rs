@@ -97,14 +97,15 @@ pub fn stills(
         let state = path.at(frame as f64).map_err(|error| error.to_string())?;
         let place = state.pose.world_from_camera();
         let pixels = pixels(&state, resolution);
-        let shutter = state.shutter.filter(|shutter| shutter.open != shutter.close);
+        let is_open = state.shutter.is_some_and(|shutter| shutter.open != shutter.close);
+        let rolls = state.readout.is_some_and(|time| time > 0.0);
         Ok(Still {
             frame,
             eye: place.translation,
             axes: place.matrix3,
             fov: fov(&state, pixels.as_ref(), resolution),
             pixels,
-            has_blur: state.lens.aperture.is_some() || state.lens.focus_distance.is_some() || shutter.is_some(),
+            has_blur: state.lens.aperture.is_some() || state.lens.focus_distance.is_some() || is_open || rolls,
             name: state.name,
         })
     };

@@ -44,7 +44,7 @@ impl Wave {
                 }
                 let record = std::iter::once(self.record(context, i, listed.samples[i]));
                 let pixel = [listed.columns[i] as i32, listed.rows[i] as i32];
-                let own = context.opening_for(pixel);
+                let own = context.opening_for(|| pixel);
                 let passes = passes.with_camera(own.as_ref());
                 let count = accumulator.add(context.accumulators, &passes, index(i), record);
                 if count > 0 {
