@@ -7,7 +7,11 @@ use std::{
     sync::{Mutex, PoisonError},
 };
 
-use batch_render::batch::{FrameFailure, JobEvent, Observer, Plan};
+use batch_render::{
+    batch::{FrameFailure, Job, JobEvent, Observer, Plan},
+    camera::stereo::Side,
+};
+use serde_json::Value;
 
 use super::progress::say;
 
@@ -22,17 +26,32 @@ pub enum EventFormat {
 pub struct Events<'a> {
     format: EventFormat,
     plan: &'a Plan,
+    /// Keys of all lines of JSON: the scene, and its eye in stereo.
+    source: Vec<(&'static str, String)>,
     /// The finished part of each frame, in halves: it is rendered, and it has come to its end.
     halves: Mutex<BTreeMap<i32, u32>>,
 }
 
 impl<'a> Events<'a> {
-    pub fn new(format: EventFormat, plan: &'a Plan) -> Self {
+    /// The events of a job, whose pictures are those of this eye in stereo.
+    pub fn new(format: EventFormat, job: &'a Job, eye: Option<Side>) -> Self {
+        let scene = ("scene", job.desc.source.path.display().to_string());
+        let eye = eye.map(|side| ("eye", side.name().to_owned()));
         Self {
             format,
-            plan,
+            plan: &job.plan,
+            source: [scene].into_iter().chain(eye).collect(),
             halves: Mutex::default(),
         }
+    }
+
+    /// The line of an event. Its keys are in alphabetical order.
+    fn json(&self, event: &JobEvent<'_>) -> String {
+        let mut line = serde_json::to_value(event).expect("events are plain data");
+        for (key, value) in &self.source {
+            line[key] = Value::from(value.as_str());
+        }
+        line.to_string()
     }
 
     /// The lines of Open Job Description: the status, and how much is done once a frame is on disk or has failed. Where frames
@@ -69,8 +88,7 @@ impl Observer for Events<'_> {
             (EventFormat::OpenJd, _) => self.openjd(event),
             // Not for programs; they are not serialized.
             (EventFormat::Json, JobEvent::FrameImage { .. } | JobEvent::DenoisedFingerprint { .. }) => {}
-            // A value has its keys in alphabetical order.
-            (EventFormat::Json, _) => say(&serde_json::to_value(event).expect("events are plain data").to_string()),
+            (EventFormat::Json, _) => say(&self.json(event)),
         }
     }
 }

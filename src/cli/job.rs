@@ -178,7 +178,8 @@ fn render(args: &RenderArgs, turn: Turn<'_>) -> anyhow::Result<()> {
         ProgressKind::Openjd => Some(EventFormat::OpenJd),
         _ => None,
     };
-    let events = format.map(|format| Events::new(format, plan));
+    let eye = args.views.stereo.and_then(|stereo| stereo.side);
+    let events = format.map(|format| Events::new(format, &job, eye));
     let mut observers = Observers(vec![&progress]);
     observers
         .0

@@ -54,8 +54,12 @@ branches = [branch["properties"]["event"] for branch in events.schema["oneOf"]]
 known = {event for branch in branches for event in branch.get("enum", [branch.get("const")])}
 assert seen == known, f"not seen: {known - seen}"
 # The schemas refuse what they do not know.
-for wrong in [{"event": "frame_written"}, {"event": "else", "frame": 1}, {"event": "frame_written", "frame": 1, "x": 1}]:
-    assert not events.is_valid(wrong), wrong
+written = {"event": "frame_written", "scene": "a.toml", "frame": 1}
+assert events.is_valid(written) and events.is_valid({**written, "eye": "left"})
+for wrong in [{"frame": None}, {"scene": None}, {"event": "else"}, {"eye": "middle"}, {"x": 1}]:
+    assert not events.is_valid({**written, **wrong}), wrong
+for key in written:
+    assert not events.is_valid({known: written[known] for known in written if known != key}), key
 assert not figures.is_valid({**stats, "more": 1})
 
 # Several scenes, of which one cannot be read.

@@ -372,3 +372,29 @@ fn parts_of_several_scenes_make_one_file_and_one_page() {
     assert_eq!(figures(&folder, "a.json")["scene"], "a.toml");
     assert!(folder.path("own-b/index.html").exists() && !folder.path("own-b/b").exists());
 }
+
+/// The files of a scene, or of an eye of it.
+const PATTERN: &str = "{scene}.{eye}.#.png";
+
+#[test]
+fn lines_of_events_name_the_scene_and_the_eye() {
+    let folder = folder();
+    let job = ["--turntable", "2", "-o", PATTERN, "--progress", "json"];
+    let lines = |more: &[&str]| -> Vec<(String, String)> {
+        let said = folder.succeed(&[more, &job, &SMALL[..]].concat());
+        let text = |line: &serde_json::Value, key: &str| line[key].as_str().unwrap_or("none").to_owned();
+        let lines = said.lines().map(|line| {
+            let line = serde_json::from_str(line).unwrap_or_else(|e| panic!("{line}: {e}"));
+            (text(&line, "scene"), text(&line, "eye"))
+        });
+        lines.collect()
+    };
+    let of = |scene: &str, eye: &str| vec![(scene.to_owned(), eye.to_owned()); 2 * 4];
+    assert_eq!(lines(&["a.toml"]), of("a.toml", "none"));
+    assert_eq!(
+        lines(&["a.toml", "b.toml"]),
+        [of("a.toml", "none"), of("b.toml", "none")].concat()
+    );
+    let eyes = ["a.toml", "--stereo", "ipd=0.06"];
+    assert_eq!(lines(&eyes), [of("a.toml", "left"), of("a.toml", "right")].concat());
+}
