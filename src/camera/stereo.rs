@@ -8,7 +8,7 @@
 //! along the circle's tangent (Ishiguro, Yamamoto and Tsuji, "Omni-Directional Stereo", 1992; Google, "Rendering Omni-directional Stereo
 //! Content", 2015).
 
-use std::str::FromStr;
+use std::{fmt, str::FromStr};
 
 /// One of the two eyes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -61,6 +61,17 @@ impl Stereo {
             offset: if side == Side::Left { -half } else { half },
             convergence: self.convergence,
         })
+    }
+}
+
+/// The text that [`FromStr`] reads.
+impl fmt::Display for Stereo {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "ipd={}", self.ipd)?;
+        if let Some(convergence) = self.convergence {
+            write!(f, ",convergence={convergence}")?;
+        }
+        self.side.map_or(Ok(()), |side| write!(f, ",eye={}", side.name()))
     }
 }
 

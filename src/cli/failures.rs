@@ -62,14 +62,9 @@ impl fmt::Display for FramesFailed {
 
 impl std::error::Error for FramesFailed {}
 
-/// The command to type after this frame has failed: the command that renders it alone.
-pub fn advice(frame: i32) -> Result<String, Error> {
-    Ok(advice_for(Replay::of_process()?, frame))
-}
-
-/// The line about frames that were denoised without those that other jobs render, of this job and of others, with the command to
-/// type once all are there.
-pub fn unfinished(summary: &Summary, plan: &Plan) -> Option<Result<String, Error>> {
+/// The line about frames that were denoised without those that other jobs render, of this job with this command and of others, with
+/// the command to type once all are there.
+pub fn unfinished(summary: &Summary, plan: &Plan, typed: &Replay) -> Option<String> {
     let (own, missing) = (list(&summary.unfinished), list(&summary.missing));
     let own = format!("denoised without the frames beside them, which are not there: {own} (without {missing})");
     let outdated = list(&summary.outdated);
@@ -84,8 +79,7 @@ pub fn unfinished(summary: &Summary, plan: &Plan) -> Option<Result<String, Error
     let is_beyond = own().any(|frame| !plan.extent.contains(&frame));
     let outdated = summary.outdated.iter().map(|frame| i64::from(*frame));
     let range = is_beyond.then(|| FrameRange::of(own().chain(outdated).collect::<BTreeSet<_>>()));
-    let line = |typed| unfinished_line(typed, &facts.join("; "), range);
-    (!facts.is_empty()).then(|| Replay::of_process().map(line))
+    (!facts.is_empty()).then(|| unfinished_line(typed.clone(), &facts.join("; "), range))
 }
 
 /// These frames, as `--range` has them.
@@ -106,16 +100,17 @@ fn unfinished_line(typed: Replay, facts: &str, range: Option<FrameRange>) -> Str
     format!("{facts}. Once all frames are rendered: {command}")
 }
 
-/// A frame that is denoised needs those around it: the job goes on with what is missing.
-fn advice_for(typed: Replay, frame: i32) -> String {
+/// The command to type after this frame of a job with this command has failed: the one that renders it alone. A frame that is
+/// denoised needs those around it: the job goes on with what is missing.
+pub fn advice(typed: &Replay, frame: i32) -> String {
     if typed.has("denoise") {
-        let replay = typed.without(&["overwrite", "fail-existing"]);
+        let replay = typed.clone().without(&["overwrite", "fail-existing"]);
         return format!("to go on: {}", replay.with_flag("skip-existing").shell_line());
     }
     // A film of this frame alone would replace that of all.
     let alone = typed.clone().retain("output", |path| !is_animated(path));
     if typed.has("output") && !alone.has("output") {
-        return format!("to repeat the job: {}", typed.shell_line());
+        return format!("to repeat the job: {}", typed.clone().shell_line());
     }
     let replay = alone.without(&["part", "part-base", "preview"]);
     let command = replay.with("range", frame.to_string()).shell_line();
@@ -131,7 +126,7 @@ mod tests {
         let typed = "batch-render --frames p.csv -vr 1-100 --part=2/4 --samples 4 --preview film.png";
         let words = typed.split(' ').map(Into::into).chain(["it's here.toml".into()]);
         let replay = Replay::parse(words).expect("the command line is right");
-        let advice = advice_for(replay, -5);
+        let advice = advice(&replay, -5);
         let command = advice.strip_prefix("to repeat it alone: ").expect("advice");
         let words = shlex::split(command).expect("a command line");
         assert_eq!(words[..2], ["batch-render", "it's here.toml"]);
@@ -142,11 +137,11 @@ mod tests {
 
     #[test]
     fn the_command_of_a_frame_makes_no_film_of_it() {
-        let advice = |typed: &str| {
+        let advice_on = |typed: &str| {
             let replay = Replay::parse(typed.split(' ').map(Into::into)).expect("the command line is right");
-            advice_for(replay, 2)
+            advice(&replay, 2)
         };
-        let found = advice("b s.toml -o film.gif -o f.#.png -o film.apng --samples 4");
+        let found = advice_on("b s.toml -o film.gif -o f.#.png -o film.apng --samples 4");
         let words = shlex::split(&found).expect("a command line");
         assert!(found.starts_with("to repeat it alone: "), "{found}");
         assert!(
@@ -154,7 +149,7 @@ mod tests {
             "{found}"
         );
         assert_eq!(
-            advice("b s.toml -o film.gif"),
+            advice_on("b s.toml -o film.gif"),
             "to repeat the job: b s.toml --output=film.gif"
         );
     }
@@ -180,7 +175,7 @@ mod tests {
         let replay = Replay::parse(typed.split(' ').map(Into::into)).expect("the command line is right");
         let words = "b s.toml --frames=p.csv --range=1-4 --output=f.#.exr --denoise=nlm --skip-existing";
         let mut words: Vec<&str> = words.split(' ').collect();
-        let advice = advice_for(replay, 2);
+        let advice = advice(&replay, 2);
         let line = advice.strip_prefix("to go on: ").expect("advice");
         let mut found = shlex::split(line).expect("a command line");
         words.sort_unstable();

@@ -158,7 +158,8 @@ fn render(args: &RenderArgs, turn: Turn<'_>) -> anyhow::Result<()> {
     let (counters, show) = (Arc::new(Counters::default()), Arc::new(ShowRequest::default()));
     signals::listen(Arc::clone(&cancel), Arc::clone(&show))?;
     let kind = if quiet { ProgressKind::None } else { args.progress };
-    let progress = Progress::new(kind, plan.frames.len(), plan.picture.settings.max_samples(), &counters);
+    let frames = (plan.frames.len(), plan.picture.settings.max_samples());
+    let progress = Progress::new(kind, frames, &counters, turn.typed);
     let control = Control {
         cancel: Some(&cancel),
         counters: Some(&counters),
@@ -208,8 +209,11 @@ fn render(args: &RenderArgs, turn: Turn<'_>) -> anyhow::Result<()> {
         return streamed;
     }
     progress.finish(state, closing.as_deref().ok());
-    if let Some(line) = done.iter().find_map(|summary| failures::unfinished(summary, plan)) {
-        tracing::warn!("{}", line?);
+    if let Some(line) = done
+        .iter()
+        .find_map(|summary| failures::unfinished(summary, plan, turn.typed))
+    {
+        tracing::warn!("{line}");
     }
     for line in done.iter().flat_map(summary::invalid) {
         tracing::warn!("{line}");

@@ -14,7 +14,7 @@ use tracing_subscriber::{
     registry::LookupSpan,
 };
 
-use super::{args::Args, failures::advice};
+use super::{args::Args, failures::advice, replay::Replay};
 
 /// The most characters of a message before it is shortened.
 const LONGEST_MESSAGE: usize = 2000;
@@ -85,11 +85,11 @@ impl Drop for LastWarnings {
     }
 }
 
-/// Logs why a frame has failed, and the command to type after that.
-pub fn failure(FrameFailure { frame, cause }: &FrameFailure) {
+/// Logs why a frame of a job with this command has failed, and the command to type after that.
+pub fn failure(FrameFailure { frame, cause }: &FrameFailure, typed: &Replay) {
     let messages = cause.messages();
-    let advice = advice(*frame).ok();
-    if let ([message], Some(advice), false) = (&messages[..], &advice, cause.has_excerpts()) {
+    let advice = advice(typed, *frame);
+    if let ([message], false) = (&messages[..], cause.has_excerpts()) {
         tracing::error!("frame {frame}: {message}; {advice}");
         return;
     }
@@ -99,9 +99,7 @@ pub fn failure(FrameFailure { frame, cause }: &FrameFailure) {
             false => tracing::error!("frame {frame}: {message}"),
         }
     }
-    if let Some(advice) = advice {
-        tracing::error!("frame {frame}: {advice}");
-    }
+    tracing::error!("frame {frame}: {advice}");
 }
 
 /// Says why the program ends.

@@ -21,6 +21,7 @@ use super::{
     choices::ProgressKind,
     figures::State,
     log,
+    replay::Replay,
     summary::{count, seconds},
 };
 
@@ -31,9 +32,11 @@ const TICK: Duration = Duration::from_millis(100);
 const LINE_EVERY: Duration = Duration::from_secs(10);
 
 /// Shows what a job does.
-pub struct Progress {
+pub struct Progress<'a> {
     work: Arc<Work>,
     display: Display,
+    /// The command of the job, which messages about failed frames repeat.
+    typed: &'a Replay,
 }
 
 /// The work of a job, and how much of it is done.
@@ -67,9 +70,14 @@ enum Display {
     Silent,
 }
 
-impl Progress {
-    /// `frames` frames of at most `samples` samples each.
-    pub fn new(kind: ProgressKind, frames: usize, samples: u64, counters: &Arc<Counters>) -> Self {
+impl<'a> Progress<'a> {
+    /// `frames` frames of at most `samples` samples each, of a job with this command.
+    pub fn new(
+        kind: ProgressKind,
+        (frames, samples): (usize, u64),
+        counters: &Arc<Counters>,
+        typed: &'a Replay,
+    ) -> Self {
         let kind = match kind {
             ProgressKind::Auto if is_terminal() => ProgressKind::Bar,
             ProgressKind::Auto => ProgressKind::Plain,
@@ -96,7 +104,7 @@ impl Progress {
             }
             _ => Display::Silent,
         };
-        Self { work, display }
+        Self { work, display, typed }
     }
 
     /// Ends the display of a job, and shows nothing.
@@ -188,7 +196,7 @@ impl Work {
     }
 }
 
-impl Progress {
+impl Progress<'_> {
     fn started(&self, number: i32, index: usize) {
         let mut now = lock(&self.work.now);
         *now = Now {
@@ -226,7 +234,7 @@ impl Progress {
     }
 }
 
-impl Observer for Progress {
+impl Observer for Progress<'_> {
     fn event(&self, event: &JobEvent<'_>) {
         match event {
             JobEvent::FrameStarted { frame, index, .. } => self.started(*frame, *index),
@@ -238,7 +246,7 @@ impl Observer for Progress {
                     || format!("frame {frame} skipped, its files are there"),
                 );
             }
-            JobEvent::FrameFailed(failure) => log::failure(failure),
+            JobEvent::FrameFailed(failure) => log::failure(failure, self.typed),
             JobEvent::FrameStale { frame, stale } => {
                 if !matches!(self.display, Display::Silent) {
                     self.work.say(&format!("frame {frame} is rendered again: {stale}"));

@@ -80,6 +80,13 @@ impl Replay {
         new
     }
 
+    /// Replaces the scenes by this one.
+    pub fn with_scene(mut self, scene: &Path) -> Self {
+        self.words.retain(|(own, _)| own.is_some());
+        self.words.insert(0, (None, positional(scene.as_os_str())));
+        self
+    }
+
     /// Adds a flag without a value, unless it is there.
     pub fn with_flag(self, flag: &str) -> Self {
         let mut new = self.without(&[flag]);

@@ -28,6 +28,7 @@ use super::{
     figures::State,
     log,
     progress::say,
+    replay::Replay,
     request::files_of_caller,
     signals,
     standard_input::STANDARD_INPUT,
@@ -48,6 +49,8 @@ pub struct Turn<'a> {
     pub ahead: &'a mut Ahead,
     /// Its place among the figures of all scenes, if they are kept together.
     pub figures: Option<SceneFigures<'a>>,
+    /// The command that renders this scene alone.
+    pub typed: &'a Replay,
 }
 
 /// Renders one scene.
@@ -62,12 +65,13 @@ type Render = fn(&RenderArgs, Turn<'_>) -> anyhow::Result<()>;
 pub fn run(args: &RenderArgs, (simd, quiet): (Isa, bool), render: Render) -> anyhow::Result<()> {
     let words: Vec<OsString> = std::env::args_os().collect();
     let alone = |args: &RenderArgs| {
-        let ahead = &mut Ahead::default();
+        let (ahead, typed) = (&mut Ahead::default(), &Replay::of_process()?);
         let turn = Turn {
             simd,
             quiet,
             ahead,
             figures: None,
+            typed,
         };
         render(args, turn)
     };
@@ -86,9 +90,10 @@ pub fn run(args: &RenderArgs, (simd, quiet): (Isa, bool), render: Render) -> any
     let turns: Vec<_> = named
         .flat_map(|own| sides.iter().map(move |side| (own, *side)))
         .collect();
-    let of_scenes = turns
-        .iter()
-        .map(|((scene, name), side)| of_scene(&words, scene, (name, *side)));
+    let named = turns.iter().map(|((_, name), side)| words_of(&words, name, *side));
+    let words: Vec<Vec<OsString>> = named.collect();
+    let of_scenes = turns.iter().zip(&words);
+    let of_scenes = of_scenes.map(|(((scene, _), side), words)| of_scene(words, scene, *side));
     let mut of_scenes: Vec<RenderArgs> = of_scenes.collect::<Result<_, _>>()?;
     let names = turns.iter().map(|((_, name), side)| match side {
         Some(side) if sides.len() > 1 => format!("{name}/{}", side.name()),
@@ -116,7 +121,11 @@ pub fn run(args: &RenderArgs, (simd, quiet): (Isa, bool), render: Render) -> any
             .iter_mut()
             .for_each(|own| own.of_command.clone_from(&of_command));
     }
-    let of_scenes = of_scenes.into_iter().map(Arc::new).collect();
+    let typed = words.into_iter().zip(&of_scenes);
+    let typed: Vec<Replay> = typed
+        .map(|(words, own)| command(words, own))
+        .collect::<Result<_, _>>()?;
+    let of_scenes = of_scenes.into_iter().map(Arc::new).zip(typed).collect();
     let result = each((&scenes, of_scenes), (simd, quiet), all.as_ref(), render);
     let errors = all
         .map(|all| all.finish(State::of_command(&result)))
@@ -129,15 +138,15 @@ pub fn run(args: &RenderArgs, (simd, quiet): (Isa, bool), render: Render) -> any
 
 /// Renders one scene after the other.
 fn each(
-    (scenes, of_scenes): (&[&Path], Vec<Arc<RenderArgs>>),
+    (scenes, of_scenes): (&[&Path], Vec<(Arc<RenderArgs>, Replay)>),
     (simd, quiet): (Isa, bool),
     all: Option<&AllScenes>,
     render: Render,
 ) -> anyhow::Result<()> {
-    let progress = of_scenes[0].progress;
+    let progress = of_scenes[0].0.progress;
     let is_told = !quiet && !matches!(progress, ProgressKind::None | ProgressKind::Json | ProgressKind::Openjd);
     let (mut ahead, mut failed) = (Ahead::default(), Vec::new());
-    for (i, (scene, own)) in scenes.iter().zip(&of_scenes).enumerate() {
+    for (i, (scene, (own, typed))) in scenes.iter().zip(&of_scenes).enumerate() {
         if signals::is_received() {
             return Err(Error::Cancelled(Cancelled).into());
         }
@@ -151,12 +160,13 @@ fn each(
                 scene.display()
             ));
         }
-        ahead.set_next(of_scenes.get(i + 1).cloned());
+        ahead.set_next(of_scenes.get(i + 1).map(|(next, _)| Arc::clone(next)));
         let turn = Turn {
             simd,
             quiet,
             ahead: &mut ahead,
             figures: all.map(|all| all.scene(i)),
+            typed,
         };
         let result = render(own, turn);
         if let Some(all) = all {
@@ -230,8 +240,8 @@ fn has_name(word: &OsStr) -> bool {
     word.contains(NAME) || word.contains(EYE)
 }
 
-/// The arguments for one scene, or for an eye of it.
-fn of_scene(words: &[OsString], scene: &Path, (name, side): (&str, Option<Side>)) -> anyhow::Result<RenderArgs> {
+/// The words of the command for the scene of this name, or for an eye of it.
+fn words_of(words: &[OsString], name: &str, side: Option<Side>) -> Vec<OsString> {
     let own = words.iter().map(|word| match word.to_str() {
         Some(text) => {
             let text = text.replace(NAME, name);
@@ -240,13 +250,33 @@ fn of_scene(words: &[OsString], scene: &Path, (name, side): (&str, Option<Side>)
         }
         None => word.clone(),
     });
-    let mut render = Args::try_parse_from(own)?.render;
+    own.collect()
+}
+
+/// The arguments for one scene, or for an eye of it, of which these are the words.
+fn of_scene(words: &[OsString], scene: &Path, side: Option<Side>) -> anyhow::Result<RenderArgs> {
+    let mut render = Args::try_parse_from(words)?.render;
     render.scene = Some(scene.to_owned());
     render.more.clear();
     if let Some(stereo) = &mut render.views.stereo {
         stereo.side = side;
     }
     Ok(render)
+}
+
+/// The command that renders one scene with these arguments, made of its words. It writes no figures over those of all scenes.
+fn command(words: Vec<OsString>, own: &RenderArgs) -> Result<Replay, Error> {
+    let mut typed = Replay::parse(words)?.with_scene(own.scene.as_deref().expect("each scene has a path"));
+    if let Some(stereo) = own.views.stereo {
+        typed = typed.with("stereo", stereo.to_string());
+    }
+    if own.stats.is_none() {
+        typed = typed.without(&["stats"]);
+    }
+    Ok(match &own.report {
+        Some(folder) => typed.with("report", folder),
+        None => typed,
+    })
 }
 
 /// Refuses what several scenes cannot share.

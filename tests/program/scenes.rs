@@ -398,3 +398,42 @@ fn lines_of_events_name_the_scene_and_the_eye() {
     let eyes = ["a.toml", "--stereo", "ipd=0.06"];
     assert_eq!(lines(&eyes), [of("a.toml", "left"), of("a.toml", "right")].concat());
 }
+
+#[cfg(unix)]
+#[test]
+fn the_command_for_a_failed_frame_renders_it_of_its_scene_and_eye_alone() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = folder();
+    let job = [
+        "a.toml",
+        "b.toml",
+        "--stereo=ipd=0.06,convergence=2",
+        "--turntable=3",
+        "-o",
+        PATTERN,
+        "--stats=s.json",
+        "--retries=0",
+    ];
+    let job = [&job[..], &SMALL[..]].concat();
+    folder.succeed(&job);
+    let closed = "b.right.2.png";
+    let whole = folder.read(closed);
+    fs::set_permissions(folder.path(closed), fs::Permissions::from_mode(0o444)).expect("set");
+    let said = folder.fail(1, &job);
+    let command = said.split_once("frame 2: ").and_then(|(_, rest)| rest.lines().next());
+    let command = command.and_then(|line| line.split_once("to repeat it alone: "));
+    let (_, command) = command.unwrap_or_else(|| panic!("no command: {said}"));
+    let names = folder.names();
+    let figures = folder.read("s.json");
+    for name in &names {
+        if name.ends_with(".png") {
+            fs::remove_file(folder.path(name)).expect("removed");
+        }
+    }
+    let words = shlex::split(command).expect("a command line");
+    folder.succeed(&words[1..].iter().map(String::as_str).collect::<Vec<_>>());
+    assert!(folder.read(closed) == whole);
+    assert!(folder.read("s.json") == figures, "{command}");
+    let pictures = folder.names().into_iter().filter(|name| name.ends_with(".png"));
+    assert_eq!(pictures.collect::<Vec<_>>(), [closed]);
+}

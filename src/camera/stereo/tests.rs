@@ -102,3 +102,16 @@ proptest! {
         }
     }
 }
+
+#[test]
+fn a_text_of_stereo_is_read_as_it_was() {
+    for text in [
+        "ipd=0.063",
+        "ipd=0.1,convergence=2.5",
+        "ipd=1,convergence=3,eye=left",
+        "ipd=2,eye=right",
+    ] {
+        let stereo: Stereo = text.parse().expect("stereo");
+        assert_eq!(stereo.to_string(), text);
+    }
+}
