@@ -58,7 +58,7 @@ pub fn build(options: impl Into<BuildOptions>, geometry: Arc<Geometry>) -> Resul
     })
 }
 
-/// The most memory that [`build`] takes, in bytes, measured with millions of spheres, triangles and instances.
+/// The most memory that [`build()`] takes, in bytes, measured with millions of spheres, triangles and instances.
 pub fn build_bytes(geometry: &Geometry) -> u64 {
     const OF_PRIMITIVE: u64 = 210;
     const OF_INSTANCE: u64 = 340;

@@ -399,7 +399,7 @@ impl Job {
         Ok(())
     }
 
-    /// Renders all frames of `scene`, which [`Job::load`] returned, as [`run`] does, and denoises them if the plan says so. Where the
+    /// Renders all frames of `scene`, which [`Job::load`] returned, as [`run()`] does, and denoises them if the plan says so. Where the
     /// rendered files of all frames are whole and are to be kept, no acceleration structure is built.
     pub fn run(&self, scene: SceneBuilder, observer: &dyn Observer, control: &Control<'_>) -> Result<Summary, Error> {
         let start = Instant::now();

@@ -2,7 +2,7 @@
 //!
 //! A column of a [`ValueTable`] sets the key that its name is the path of. Numbers move along a [`Track`]; words, truths and whole
 //! numbers hold. At a time the values are put into the tables of the file that have them, before these are read, as
-//! [`Overrides`](super::Overrides) are. So the parser of the file checks them, and errors name their cells.
+//! [`Overrides`] are. So the parser of the file checks them, and errors name their cells.
 
 use std::{
     collections::{BTreeMap, BTreeSet},

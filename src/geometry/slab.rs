@@ -80,7 +80,7 @@ impl Slabs {
 
     /// Clamps `t` to the interval of the ray in `own`; returns `None` if the ray misses `own`.
     ///
-    /// The kernels do the same operations in the same order, see [`crate::accel::kernels`].
+    /// The kernels do the same operations in the same order, see `accel::kernels`.
     #[inline]
     pub fn clip(&self, t: f32, own: &Aabb) -> Option<f32> {
         let (t, meets) = self.clamp(t, own);

@@ -21,7 +21,7 @@ pub struct SampledCell {
 pub struct PiecewiseConstant1D {
     /// Up to and with each cell; the last is 1.
     sums: Vec<f32>,
-    /// See [`guide`].
+    /// See `fill_guide`.
     guide: Vec<u32>,
 }
 

@@ -1,7 +1,7 @@
 //! Parallel construction of the binary tree that the other trees are derived from.
 //!
 //! The boxes are divided into *partitions* of some thousand boxes that are close to each other
-//! ([`partitions`]). obvhs builds a tree over each, on one thread and in the cache ([`ploc`]). The
+//! ([`mod@partitions`]). obvhs builds a tree over each, on one thread and in the cache ([`ploc`]). The
 //! tree above them is optimised as a whole ([`upper_tree`]). A subtree of that tree with up to some
 //! thousand primitives is a *piece*: one thread brings it into depth-first order, with its own
 //! arrays and indices, and passes it to the next stage while it is in the cache. Subtrees of a few

@@ -1,6 +1,6 @@
 //! The default accelerator: an eight-wide BVH, with kernels that trace many rays at once.
 //!
-//! A binary BVH is built ([`super::build`]) and collapsed into a wide one ([`build`]). Triangles
+//! A binary BVH is built ([`mod@super::build`]) and collapsed into a wide one (`build`). Triangles
 //! are stored with their vertices in blocks of four, so that a leaf reads no other memory; an
 //! analytic primitive is a leaf of its own.
 //!

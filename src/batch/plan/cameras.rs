@@ -448,7 +448,7 @@ fn frames(
     }
 }
 
-/// Frames lie within [`MAX_FRAME`](crate::camera::path::MAX_FRAME), which is less than 2^31.
+/// Frames lie within [`MAX_FRAME`], which is less than 2^31.
 fn number(frame: i64) -> i32 {
     i32::try_from(frame).expect("ranges and paths keep frames within their limit")
 }

@@ -127,7 +127,7 @@ pub(super) fn write(path: &Path, file: &ExrFile) -> Result<(), OutputError> {
     atomic::write(path, |out| Ok(out.write_all(&output::sealed(file.encode()?))?))
 }
 
-/// Denoises a sequence as [`denoise`] does, into files that `frames` writes.
+/// Denoises a sequence as [`denoise()`] does, into files that `frames` writes.
 pub(super) fn denoise_into(
     request: &DenoiseRequest,
     frames: &dyn DenoisedFrames,
