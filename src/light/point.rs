@@ -21,7 +21,8 @@
 //! point = { position = [0, 3, 0], intensity = [40, 40, 36], radius = 0.1 }
 //! ```
 //!
-//! With a `radius` shadows are soft, and the light behaves as [`sphere`](sphere.md). With `falloff = "none"` the irradiance does
+//! With a `radius` shadows are soft, and the light behaves as [`sphere`](sphere.md). Blender's points and spots give the same light where their
+//! Soft Falloff is off; with it, light at the distance d of a lamp of radius r is `d^2 / (d^2 + r^2)` times as strong. With `falloff = "none"` the irradiance does
 //! not depend on the distance, as in the first ray tracers; the light has no `radius` then.
 //!
 //! ## IES files

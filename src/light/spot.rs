@@ -23,8 +23,8 @@
 //! spot = { position = [0, 5, 0], target = [0, 0, 0], cone_angle = 30, penumbra_angle = 5, intensity = 100 }
 //! ```
 //!
-//! Blender's spots of as many watts of `power` give the same picture. With a `radius` shadows are soft, and the light behaves as
-//! [`sphere`](sphere.md). With `ies` the cone cuts off the light of the file; the page of [`point`](point.md) says the rest.
+//! Blender's spots of as many watts of `power` give the same picture, with a `radius` if their Soft Falloff is off. With a `radius`
+//! shadows are soft, and the light behaves as [`sphere`](sphere.md). With `ies` the cone cuts off the light of the file; the page of [`point`](point.md) says the rest.
 //!
 //! Within `cone_angle - penumbra_angle` of the axis the intensity is full. From there to `cone_angle` it falls by a
 //! smoothstep over the cosine, as in Pharr, Jakob, Humphreys, "Physically Based Rendering", 4th ed., section 12.2.1.
