@@ -151,7 +151,7 @@ impl Plan {
         picture.add_for_denoisers(moves, desc.has_catchers());
         let sums = KeptSums {
             moves: values.is_some() || plays,
-            checkpoint: request.policy.checkpoint.is_some(),
+            copies: request.policy.checkpoint.is_some() || request.policy.keep_sums,
         };
         memory::take(desc, &picture, sums, inputs.memory())?;
         let JobCameras {

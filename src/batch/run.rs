@@ -172,10 +172,13 @@ fn render_all<'a>(
         let start = Instant::now();
         let camera = rig.camera(plan, frame);
         let fingerprint = Fingerprint::of_frame(plan, survey.inputs, frame);
-        let interrupts = FrameInterrupts::new(plan, (frame, &fingerprint.file), coverage, control.show);
+        let sums = plan
+            .policy
+            .keep_sums
+            .then(|| Fingerprint::of_sums(plan, survey.inputs, frame));
+        let interrupts = FrameInterrupts::new(plan, (frame, &fingerprint.file, sums), coverage, control.show);
         let own_control = Control {
-            interrupts: (plan.policy.checkpoint.is_some() || control.show.is_some())
-                .then_some(&interrupts as &dyn Interrupts),
+            interrupts: (interrupts.keep_state() || control.show.is_some()).then_some(&interrupts as &dyn Interrupts),
             ..*control
         };
         let attempt = failure::catch(|| {

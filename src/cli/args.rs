@@ -318,6 +318,12 @@ pub struct RenderArgs {
     #[arg(long, value_name = "TIME", value_parser = duration, hide_short_help = true, help_heading = heading::JOB)]
     pub checkpoint: Option<Duration>,
 
+    /// Keep the sums of the samples of each frame beside its file; a later job with more --samples adds those that are missing
+    ///
+    /// Its files have the bits of a job with --keep-sums and all the samples. Frames that move while the shutter is open start anew.
+    #[arg(long, visible_alias = "continue", hide_short_help = true, help_heading = heading::JOB)]
+    pub keep_sums: bool,
+
     /// Treatment of files that another job is writing
     #[arg(long, value_enum, value_name = "WHAT", default_value_t, hide_short_help = true, help_heading = heading::JOB)]
     pub if_busy: IfBusyKind,

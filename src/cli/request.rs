@@ -68,6 +68,7 @@ pub fn request(args: &RenderArgs, outlets: &Outlets, simd: Isa) -> Result<Reques
             retries: args.retries,
             if_busy: args.if_busy.into(),
             checkpoint: args.checkpoint,
+            keep_sums: args.keep_sums,
         },
         time_limit: args.time_limit,
         crop: args.crop,

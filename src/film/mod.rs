@@ -1,6 +1,7 @@
 //! The film: the pixels of the beauty and of all other passes.
 
 pub mod accumulator;
+mod accumulator_layout;
 mod catchers;
 pub mod coverage;
 mod features;
@@ -16,6 +17,7 @@ mod state;
 pub mod window;
 
 pub use accumulator::TileAccumulator;
+pub use accumulator_layout::AccumulatorLayout;
 pub use layout::{FilmLayout, PlaneSpec};
 pub use passes::{PassSpec, PixelType};
 pub use request::PassRequest;

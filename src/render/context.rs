@@ -3,7 +3,7 @@
 use super::{Content, Settings, moments::Moment};
 use crate::{
     camera::{Camera, FrameCamera},
-    film::{FilmLayout, accumulator::AccumulatorLayout, layout::Needs, passes::PassContext},
+    film::{AccumulatorLayout, FilmLayout, layout::Needs, passes::PassContext},
     integrator::{Integrator, PathState},
     math::{RayCone, Rgb, Vec2},
     sampler::{Dimension, PathSampler, SampleUse},

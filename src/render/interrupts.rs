@@ -1,12 +1,12 @@
-//! Interrupts: pauses of a frame between blocks of samples, in which the unfinished frame is saved or shown.
+//! Interrupts: pauses of a frame between blocks of samples, in which the unfinished frame is saved or shown, and its end.
 
 use std::{
     sync::atomic::{AtomicBool, Ordering},
     time::Duration,
 };
 
-use super::tile_set::TileSet;
-use crate::film::{Film, accumulator::AccumulatorLayout};
+use super::{SampleBudget, tile_set::TileSet};
+use crate::film::{AccumulatorLayout, Film};
 
 /// A request for the unfinished frame.
 #[derive(Debug, Default)]
@@ -39,10 +39,17 @@ pub trait Interrupts: Sync {
     /// Whether [`PartialFrame::state`] will be called; then the accumulators of finished tiles are kept.
     fn keep_state(&self) -> bool;
 
-    /// The state of an earlier, unfinished render of the same frame.
+    /// The state of an earlier render of the same frame, which was unfinished or had fewer samples.
     fn earlier_state(&self) -> Option<Vec<u8>> {
         None
     }
+
+    /// Is told that samples cannot be added to those of [`earlier_state`](Self::earlier_state) as one render adds them, so that the frame
+    /// starts without them.
+    fn earlier_state_is_left(&self) {}
+
+    /// Receives the frame with all its samples, if it [keeps the state](Self::keep_state).
+    fn finished(&self, _frame: &PartialFrame<'_>) {}
 }
 
 /// A paused frame.
@@ -50,6 +57,7 @@ pub struct PartialFrame<'a> {
     pub(super) tiles: &'a TileSet,
     pub(super) film: &'a Film,
     pub(super) layout: &'a AccumulatorLayout,
+    pub(super) budget: &'a SampleBudget,
     /// The rendering time so far.
     pub elapsed: Duration,
     /// Whether rendering does not continue.
@@ -67,6 +75,6 @@ impl PartialFrame<'_> {
 
     /// The state as bytes, from which a later render continues with the same bits on any number of threads.
     pub fn state(&self) -> Vec<u8> {
-        self.tiles.state(self.elapsed)
+        self.tiles.state(self.budget, self.elapsed)
     }
 }

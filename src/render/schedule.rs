@@ -69,6 +69,15 @@ impl SampleBudget {
         done < self.max && done > 0 && self.next_stop(done - 1) == done
     }
 
+    /// The number of samples in the first half of those of a tile with `done` samples: all of them at a stop, and up to half of the
+    /// first one.
+    pub fn first_half(&self, done: u32) -> u32 {
+        let first = self.next_stop(0);
+        let stops = std::iter::successors(Some(first), |stop| Some(self.next_stop(*stop)));
+        let last = stops.take_while(|stop| *stop <= done && *stop < self.max).last();
+        last.unwrap_or_else(|| done.min(first / 2))
+    }
+
     /// The same budget with a time limit.
     pub const fn within(self, time: Duration) -> Self {
         Self {

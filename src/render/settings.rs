@@ -4,7 +4,7 @@ use serde::Serialize;
 
 use super::{SampleBudget, adaptive};
 use crate::{
-    film::{FilmLayout, PassRequest, PassSpec, Window, accumulator::AccumulatorLayout, coverage::DEFAULT_RANKS},
+    film::{AccumulatorLayout, FilmLayout, PassRequest, PassSpec, Window, coverage::DEFAULT_RANKS},
     filter::Filter,
     sampler::Sampler,
     value::UnknownName,

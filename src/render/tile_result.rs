@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::film::{Film, TileAccumulator, Window, accumulator::AccumulatorLayout};
+use crate::film::{AccumulatorLayout, Film, TileAccumulator, Window};
 
 /// A tile that has all samples of a round.
 pub struct TileResult<'a> {

@@ -2,8 +2,8 @@
 
 use std::{ops::Range, time::Duration};
 
-use super::{AdaptiveSampling, Settings, context::FrameInputs, moments::Moment, schedule};
-use crate::film::{Film, TileAccumulator, Window, accumulator::AccumulatorLayout};
+use super::{AdaptiveSampling, SampleBudget, Settings, context::FrameInputs, moments::Moment, schedule};
+use crate::film::{AccumulatorLayout, Film, TileAccumulator, Window};
 
 /// A tile of a frame.
 pub(super) struct Tile {
@@ -109,10 +109,10 @@ impl TileSet {
         }
     }
 
-    /// The state as bytes; `elapsed` is the rendering time so far. The sums of all tiles must be present.
-    pub fn state(&self, elapsed: Duration) -> Vec<u8> {
+    /// The state of a frame with this budget as bytes; `elapsed` is the rendering time so far. The sums of all tiles must be present.
+    pub fn state(&self, budget: &SampleBudget, elapsed: Duration) -> Vec<u8> {
         let mut out = Vec::new();
-        out.extend(self.side.to_le_bytes());
+        out.extend([self.side, budget.max].map(u32::to_le_bytes).as_flattened());
         out.extend(elapsed.as_secs_f64().to_le_bytes());
         let Range { start, end } = self.sweep.clone().unwrap_or_default();
         out.extend([start, end].map(u32::to_le_bytes).as_flattened());
@@ -128,9 +128,14 @@ impl TileSet {
         out
     }
 
-    /// The tiles of a frame with this state, and their rendering time; `None` if the bytes are not such a state.
-    pub fn from_state(settings: &Settings, layout: &AccumulatorLayout, mut bytes: &[u8]) -> Option<(Self, Duration)> {
-        let side = u32::from_le_bytes(*take(&mut bytes)?);
+    /// The tiles of a frame with this state, and their rendering time; `None` if the bytes are not such a state, or if it has another
+    /// number of samples and moves or cannot be [extended](Self::extend).
+    pub fn from_state(
+        settings: &Settings,
+        (layout, moves): (&AccumulatorLayout, bool),
+        mut bytes: &[u8],
+    ) -> Option<(Self, Duration)> {
+        let [side, max] = [take(&mut bytes)?, take(&mut bytes)?].map(|bytes| u32::from_le_bytes(*bytes));
         let elapsed = Duration::try_from_secs_f64(f64::from_le_bytes(*take(&mut bytes)?)).ok()?;
         if side == 0 {
             return None;
@@ -149,7 +154,40 @@ impl TileSet {
                 tile.accumulator = Some(accumulator);
             }
         }
-        bytes.is_empty().then_some((set, elapsed))
+        if !bytes.is_empty() {
+            return None;
+        }
+        if max != settings.samples.max {
+            if moves {
+                // The samples of a larger budget are in another order.
+                return None;
+            }
+            let earlier = SampleBudget {
+                max,
+                ..settings.samples
+            };
+            set.extend(&earlier, &settings.samples, layout.is_by_halves())?;
+        }
+        Some((set, elapsed))
+    }
+
+    /// Makes tiles of a smaller budget those of a larger one after the same samples. `None` if these are not the samples that it begins
+    /// with, in their order, or if they are divided into other halves.
+    fn extend(&mut self, earlier: &SampleBudget, budget: &SampleBudget, is_by_halves: bool) -> Option<()> {
+        let is_swept = self.sweep.is_some() || self.tiles.iter().any(|tile| tile.moments > 0);
+        if is_swept || earlier.max > budget.max {
+            return None;
+        }
+        for tile in self.tiles.iter_mut().filter(|tile| !tile.is_converged) {
+            let half = budget.first_half(tile.done);
+            if budget.is_stop(tile.done) && !earlier.is_stop(tile.done) {
+                tile.judge(budget.adaptive.as_ref());
+            } else if is_by_halves && half != earlier.first_half(tile.done) {
+                let accumulator = tile.accumulator.as_mut().filter(|_| half == tile.done);
+                accumulator?.start_second_half();
+            }
+        }
+        Some(())
     }
 }
 

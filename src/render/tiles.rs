@@ -89,7 +89,13 @@ impl<'a> Progress<'a> {
     ) -> Self {
         let settings = frame.settings;
         let state = control.interrupts.and_then(|interrupts| interrupts.earlier_state());
-        let earlier = state.and_then(|bytes| TileSet::from_state(settings, &frame.accumulators, &bytes));
+        let earlier = state.and_then(|bytes| {
+            let found = TileSet::from_state(settings, (&frame.accumulators, moments.is_some()), &bytes);
+            if let (None, Some(interrupts)) = (&found, control.interrupts) {
+                interrupts.earlier_state_is_left();
+            }
+            found
+        });
         let (tiles, before) = earlier.unwrap_or_else(|| {
             let times = moments.map_or(1, Moments::of_pixel);
             let threads = rayon::current_num_threads();
@@ -184,13 +190,7 @@ impl<'a> Progress<'a> {
             let Err(stop) = done else { return Ok(()) };
             let is_cancelled = matches!(stop, Stop::Cancelled);
             if let Some(interrupts) = control.interrupts {
-                interrupts.pause(&PartialFrame {
-                    tiles: &self.tiles,
-                    film: &self.film,
-                    layout: &self.frame.accumulators,
-                    elapsed: self.before + self.start.elapsed(),
-                    is_cancelled,
-                });
+                interrupts.pause(&self.partial(is_cancelled));
             }
             if is_cancelled {
                 return Err(Cancelled);
@@ -198,8 +198,28 @@ impl<'a> Progress<'a> {
         }
     }
 
+    /// The frame as it stands.
+    fn partial(&self, is_cancelled: bool) -> PartialFrame<'_> {
+        PartialFrame {
+            tiles: &self.tiles,
+            film: &self.film,
+            layout: &self.frame.accumulators,
+            budget: &self.frame.settings.samples,
+            elapsed: self.before + self.start.elapsed(),
+            is_cancelled,
+        }
+    }
+
     /// The film of the finished frame, whose pixels have `samples`.
     fn finish(mut self, samples: u32) -> Film {
+        if let Some(interrupts) = self.control.interrupts.filter(|i| i.keep_state()) {
+            // The time that it took is of no use to a job that goes on from here.
+            let elapsed = Duration::ZERO;
+            interrupts.finished(&PartialFrame {
+                elapsed,
+                ..self.partial(false)
+            });
+        }
         self.tiles.resolve_into(&self.frame.accumulators, &mut self.film);
         self.film.samples = samples;
         self.film

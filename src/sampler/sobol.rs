@@ -8,7 +8,8 @@
 //! ```
 //!
 //! Noise is lower than with independent samples, and fine-grained (blue). Any number of samples works; powers of two are
-//! best. Pictures with different numbers of samples do not share their samples.
+//! best. Pictures with different numbers of samples do not share their samples, unless they are rendered with
+//! `--keep-sums`: then their sequence is one of 65,536 samples of each pixel.
 //!
 //! # Implementation
 //!

@@ -63,6 +63,7 @@ mod sight;
 mod stage;
 mod stereo;
 mod streams;
+mod sums;
 mod targets;
 mod textures;
 mod unused;

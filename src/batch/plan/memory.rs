@@ -16,8 +16,8 @@ const FRAMES_IN_MEMORY: u64 = 4;
 pub(in crate::batch) struct KeptSums {
     /// The scene moves: a frame is rendered moment by moment.
     pub moves: bool,
-    /// They are copied for checkpoints.
-    pub checkpoint: bool,
+    /// They are copied for checkpoints, or kept when the frame is finished.
+    pub copies: bool,
 }
 
 /// Reserves the memory of the frames that exist at the same time.
@@ -33,7 +33,7 @@ pub(in crate::batch) fn take(
         .map_err(|unknown| Error::Usage(unknown.to_string()))?;
     let frame = (settings.window.area() as u64).saturating_mul(layout.bytes_per_pixel());
     // They are kept as well if a frame has several rounds.
-    let copies = u64::from(kept.moves || settings.samples.time.is_some()) + 2 * u64::from(kept.checkpoint);
+    let copies = u64::from(kept.moves || settings.samples.time.is_some()) + 2 * u64::from(kept.copies);
     let mut accumulators = settings.accumulator_layout(&layout);
     if desc.has_catchers() {
         accumulators = accumulators.with_catchers();

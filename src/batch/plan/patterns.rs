@@ -60,6 +60,7 @@ impl Patterns {
         let stands_beside = [
             (!request.metadata.is_empty(), "--metadata"),
             (request.policy.checkpoint.is_some(), "--checkpoint"),
+            (request.policy.keep_sums, "--keep-sums"),
         ];
         let mut needless = stands_beside.into_iter().filter(|(is_given, _)| *is_given);
         if let (true, Some((_, flag))) = (patterns.rendered.is_empty(), needless.next()) {

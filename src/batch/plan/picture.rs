@@ -184,9 +184,15 @@ fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Err
         None if samples == 1 => None,
         filter => Some(filter.clone().unwrap_or_default().compile()),
     };
+    // Samples that may follow are of the same sequence.
+    let planned = if request.policy.keep_sums {
+        MOST_SAMPLES.max(samples)
+    } else {
+        samples
+    };
     let sampler = match &desc.render.sampler {
-        None => Sampler::default_for(samples),
-        Some(said) => said.compile(samples).map_err(|p| Error::Usage(p.message))?,
+        None => Sampler::default_for(planned),
+        Some(said) => said.compile(planned).map_err(|p| Error::Usage(p.message))?,
     };
     let levels = desc.output.cryptomatte_levels.as_ref();
     Ok(render::Settings {
@@ -206,6 +212,9 @@ fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Err
         matte_ranks: levels.map_or(DEFAULT_RANKS, |levels| levels.get_ref().0),
     })
 }
+
+/// The samples of a pixel that samplers spread evenly where more may follow in a later job.
+const MOST_SAMPLES: u32 = 1 << 16;
 
 /// The picture with so many more columns and rows beyond each edge.
 fn overscanned([width, height]: [u32; 2], overscan: u32) -> Window {

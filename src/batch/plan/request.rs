@@ -124,6 +124,8 @@ pub struct Policy {
     pub if_busy: IfBusy,
     /// The time between two checkpoints of a frame; `None` for none.
     pub checkpoint: Option<Duration>,
+    /// Whether the sums of finished frames are kept beside their files, so that a later job can add samples.
+    pub keep_sums: bool,
 }
 
 impl Request {

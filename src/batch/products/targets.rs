@@ -59,12 +59,18 @@ impl Plan {
             .iter()
             .filter_map(checkpoint::path)
             .filter(move |_| has_checkpoints);
+        let keeps_sums = self.policy.keep_sums && self.renders();
+        let sums = frames
+            .iter()
+            .filter_map(checkpoint::sums_path)
+            .filter(move |_| keeps_sums);
         let rendered = frames.iter().filter(|_| self.renders());
         let unfinished = rendered.filter_map(checkpoint::picture_path);
         let beside = self.files_beside().map(target(TargetKind::Beside));
         let pictures = pictures.map(target(TargetKind::Frame));
         pictures
             .chain(checkpoints.map(target(TargetKind::Unfinished)))
+            .chain(sums.map(target(TargetKind::Unfinished)))
             .chain(unfinished.map(target(TargetKind::Unfinished)))
             .chain(beside)
     }

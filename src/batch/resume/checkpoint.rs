@@ -1,7 +1,8 @@
-//! Checkpoints: the state of an unfinished frame, saved beside its first file.
+//! Checkpoints: the state of an unfinished frame, saved beside its first file; and kept sums, that of a finished one, to which a later
+//! job can add samples.
 //!
-//! A checkpoint is whole or absent, has a checksum, and contains the fingerprint of its frame, so that it is not used with other
-//! inputs or settings.
+//! Both are whole or absent, have a checksum, and contain a fingerprint of their frame, so that they are not used with other inputs or
+//! settings. That of kept sums leaves out the number of samples.
 
 use std::{
     fs,
@@ -16,12 +17,21 @@ use crate::{
 };
 
 /// Increased with every change of the state's format.
-const VERSION: u32 = 2;
+const VERSION: u32 = 3;
 
 /// The checkpoint's path; `None` for a frame without files.
 pub(in crate::batch) fn path(frame: &PlannedFrame) -> Option<PathBuf> {
+    beside(frame, ".checkpoint")
+}
+
+/// The path of kept sums; `None` for a frame without files.
+pub(in crate::batch) fn sums_path(frame: &PlannedFrame) -> Option<PathBuf> {
+    beside(frame, ".sums")
+}
+
+fn beside(frame: &PlannedFrame, ending: &str) -> Option<PathBuf> {
     let mut name = frame.files.first()?.path.clone().into_os_string();
-    name.push(".checkpoint");
+    name.push(ending);
     Some(name.into())
 }
 

@@ -242,6 +242,13 @@ impl Fingerprint {
         Self::by_version(VERSION, plan, settings, inputs, frame)
     }
 
+    /// The hash of what the samples of a frame depend on, but for their number.
+    pub fn of_sums(plan: &Plan, inputs: InputHash, frame: &PlannedFrame) -> String {
+        let mut settings = plan.picture.settings.clone();
+        settings.samples.max = 0;
+        Self::new(plan, &settings, inputs, (frame.number, &frame.camera)).file
+    }
+
     /// The hash of all that the files of all frames of `plan` depend on, but for their numbers and cameras.
     pub fn of_job(plan: &Plan, inputs: InputHash) -> String {
         let settings = &plan.picture.settings;

@@ -1,4 +1,4 @@
-//! The interrupts of a job's frame: saving checkpoints, and showing the unfinished frame.
+//! The interrupts of a job's frame: saving checkpoints and the sums of all samples, and showing the unfinished frame.
 
 use std::{
     fmt,
@@ -20,6 +20,8 @@ pub(in crate::batch) struct FrameInterrupts<'a> {
     plan: &'a Plan,
     frame: &'a PlannedFrame,
     fingerprint: &'a str,
+    /// The fingerprint of kept sums.
+    sums: Option<String>,
     coverage: Coverage,
     show: Option<&'a ShowRequest>,
     start: Instant,
@@ -30,7 +32,7 @@ pub(in crate::batch) struct FrameInterrupts<'a> {
 impl<'a> FrameInterrupts<'a> {
     pub fn new(
         plan: &'a Plan,
-        (frame, fingerprint): (&'a PlannedFrame, &'a str),
+        (frame, fingerprint, sums): (&'a PlannedFrame, &'a str, Option<String>),
         coverage: Coverage,
         show: Option<&'a ShowRequest>,
     ) -> Self {
@@ -39,6 +41,7 @@ impl<'a> FrameInterrupts<'a> {
             plan,
             frame,
             fingerprint,
+            sums,
             coverage,
             show,
             start: Instant::now(),
@@ -110,14 +113,36 @@ impl Interrupts for FrameInterrupts<'_> {
     }
 
     fn keep_state(&self) -> bool {
-        self.plan.policy.checkpoint.is_some()
+        self.plan.policy.checkpoint.is_some() || self.sums.is_some()
     }
 
     fn earlier_state(&self) -> Option<Vec<u8>> {
-        let path = self.checkpoint_path()?;
-        let state = checkpoint::read(&path, self.fingerprint, &self.plan.warnings)?;
+        let checkpoint = || Some((self.checkpoint_path()?, self.fingerprint));
+        let sums = || Some((checkpoint::sums_path(self.frame)?, self.sums.as_deref()?));
+        let found = [checkpoint(), sums()]
+            .into_iter()
+            .flatten()
+            .find_map(|(path, fingerprint)| {
+                let state = checkpoint::read(&path, fingerprint, &self.plan.warnings)?;
+                Some((path, state))
+            });
+        let (path, state) = found?;
         tracing::info!("frame {} goes on from {}", self.frame.number, path.display());
         Some(state)
+    }
+
+    fn earlier_state_is_left(&self) {
+        let cause = "more samples can be added to a frame that does not move, and that had fewer";
+        self.warn(WarningKind::CHECKPOINT, "starts without its kept sums", cause);
+    }
+
+    fn finished(&self, frame: &PartialFrame<'_>) {
+        let Some((path, sums)) = checkpoint::sums_path(self.frame).zip(self.sums.as_deref()) else {
+            return;
+        };
+        if let Err(error) = checkpoint::write(&path, sums, &frame.state()) {
+            self.warn(WarningKind::CHECKPOINT, "does not keep its sums", error);
+        }
     }
 }
 
