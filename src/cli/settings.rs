@@ -46,6 +46,10 @@ struct Flags {
     #[arg(id = "output.png_bits", long = "png-bits", value_name = "BITS", hide_short_help = true, help_heading = OUTPUT)]
     png_bits: Option<String>,
 
+    /// Quality of JPEG files, from 1 to 100 [default: the scene's, or 95]
+    #[arg(id = "output.jpeg_quality", long = "jpeg-quality", value_name = "N", allow_hyphen_values = true, hide_short_help = true, help_heading = OUTPUT)]
+    jpeg_quality: Option<String>,
+
     /// Compression of NPZ files: none (arrays may be mapped) or deflate
     #[arg(id = "output.npz_compression", long = "npz-compression", value_name = "NAME", hide_short_help = true, help_heading = OUTPUT)]
     npz_compression: Option<String>,

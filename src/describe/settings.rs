@@ -7,7 +7,7 @@ use crate::{
     filter::FilterDesc,
     integrator::IntegratorDesc,
     math::WorkingSpace,
-    output::{Compression, DisplayTransform, LightType, NpzCompression, PngBits},
+    output::{Compression, DisplayTransform, JpegQuality, LightType, NpzCompression, PngBits},
     sampler::{SamplerDesc, SeedMode},
     value::{Count, Exposure, Problem, Spanned, is_override, kind_or_name},
 };
@@ -141,6 +141,7 @@ fn some_files<'de, D: Deserializer<'de>>(d: D) -> Result<Option<OneOrMany>, D::E
 /// | `exposure` | exposure of such files, in stops, or `"auto"`, see below | 0 |
 /// | `compression` | compression of EXR files, see below | `"zips"` |
 /// | `png_bits` | bits of PNG files: `"8"`, `"8-dithered"` (smooth shades have noise instead of steps) or `"16"` | `"8"` |
+/// | `jpeg_quality` | quality of JPEG files, a whole number from 1 to 100 | 95 |
 /// | `npz_compression` | compression of NPZ files: `"none"` (arrays may be mapped) or `"deflate"` | `"none"` |
 /// | `exr_type` | numbers of light and normals in EXR files: `"half"` or `"float"` | `"half"` |
 /// | `multipart` | whether each layer is a part of its own of an EXR file: `true` or `false` | `false` |
@@ -197,6 +198,7 @@ pub struct OutputDesc {
     pub multipart: bool,
     pub tiled: bool,
     pub png_bits: PngBits,
+    pub jpeg_quality: JpegQuality,
     pub npz_compression: NpzCompression,
 }
 

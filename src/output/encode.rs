@@ -9,7 +9,7 @@ use std::{
 use serde::Serialize;
 
 use super::{
-    Attribute, Compression, FileFacts, FrameImage,
+    Attribute, Compression, FileFacts, FrameImage, JpegQuality,
     join::{CropFile, JoinError},
 };
 use crate::kind::named;
@@ -23,6 +23,9 @@ pub struct Encoding {
     pub parts: Parts,
     pub blocks: BlockShape,
     pub png: PngBits,
+    /// Not part of the fingerprint of files of the default quality.
+    #[serde(skip_serializing_if = "JpegQuality::is_default")]
+    pub jpeg: JpegQuality,
     /// Not part of the fingerprint of files that are not compressed.
     #[serde(skip_serializing_if = "NpzCompression::is_default")]
     pub npz: NpzCompression,

@@ -1,6 +1,6 @@
 //! JPEG: pictures for displays, with 8 bits per channel, over black.
 //!
-//! Colours have the full resolution and the quality is 95 of 100. The texts of PNG files are comments, each a keyword, a zero byte
+//! Colours have the full resolution, and the quality is 95 of 100 unless another is given. The texts of PNG files are comments, each a keyword, a zero byte
 //! and a value. The same picture has the same bytes everywhere.
 
 use std::{
@@ -18,7 +18,6 @@ use super::{
 };
 use crate::film::Window;
 
-const QUALITY: u8 = 95;
 /// The bytes that a segment holds beside its length.
 const LONGEST: usize = 0xffff - 2;
 
@@ -49,7 +48,7 @@ impl Format for Jpg {
         false
     }
 
-    fn encode(&self, frame: &FrameImage, _: Encoding, out: &mut dyn Write) -> Result<WriteReport, EncodeError> {
+    fn encode(&self, frame: &FrameImage, encoding: Encoding, out: &mut dyn Write) -> Result<WriteReport, EncodeError> {
         let window = frame.film.window;
         let (width, height) = (window.width(), window.height());
         let [Ok(columns), Ok(rows)] = [width, height].map(u16::try_from) else {
@@ -61,7 +60,7 @@ impl Format for Jpg {
             return Err(EncodeError::Unfit(format!("a picture of {width} x {height} pixels")));
         }
         let mut file = Vec::new();
-        JpegEncoder::new_with_quality(&mut file, QUALITY)
+        JpegEncoder::new_with_quality(&mut file, encoding.jpeg.get())
             .encode(
                 frame.pixels_over_black().as_flattened(),
                 columns.into(),

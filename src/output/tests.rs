@@ -7,6 +7,8 @@ use ::exr::{
     prelude::{AttributeValue, Text},
 };
 
+use serde::{Deserialize, de::value::I64Deserializer};
+
 use super::*;
 use crate::film::{FilmLayout, PassRequest, Window, passes::BEAUTY};
 
@@ -229,4 +231,34 @@ fn passes_stand_beside_the_beauty_with_their_types() {
     let named = |list: &[(&str, _)]| list.iter().map(|(n, t)| ((*n).to_owned(), *t)).collect::<Vec<_>>();
     assert_eq!(channels(Shown::All), named(&all));
     assert_eq!(channels(Shown::Plane(1)), named(&[("A", F16), ("depth.Z", F32)]));
+}
+
+#[test]
+fn tables_of_jpeg_files_are_those_of_the_independent_jpeg_group() {
+    let (film, metadata) = (film(&[], [16, 16]), metadata());
+    let file = |encoding| {
+        encode(&jpg::Jpg, &image(&film, &metadata), encoding)
+            .expect("it fits")
+            .0
+    };
+    let usual = file(Encoding::default());
+    // A table is a segment of 67 bytes; its first number is the step of means.
+    let is_table = |bytes: &&[u8]| bytes[..4] == [0xff, 0xdb, 0, 67];
+    for quality in 1..=100 {
+        let read = JpegQuality::deserialize(I64Deserializer::<serde::de::value::Error>::new(quality));
+        let encoding = Encoding {
+            jpeg: read.expect("a quality"),
+            ..Encoding::default()
+        };
+        let file = file(encoding);
+        let steps = file.windows(6).filter(is_table).map(|bytes| i64::from(bytes[5]));
+        let scale = if quality < 50 {
+            5000 / quality
+        } else {
+            200 - 2 * quality
+        };
+        let expected = [16, 17].map(|step| ((step * scale + 50) / 100).clamp(1, 255));
+        assert_eq!(steps.collect::<Vec<_>>(), expected, "{quality}");
+        assert_eq!(file == usual, quality == 95);
+    }
 }

@@ -234,3 +234,48 @@ fn a_job_that_stops_says_how_many_frames_are_on_disk() {
     let said = String::from_utf8(output.stdout).expect("UTF-8");
     assert!(said.ends_with("0 of 5 frames are on disk\n"), "{said}");
 }
+
+#[test]
+fn a_jpeg_file_is_nearer_to_the_picture_the_higher_its_quality() {
+    let folder = prepared();
+    folder.write(
+        "low.toml",
+        &format!("{SMALL_SCENE}\n[output]\nfiles = \"low.jpg\"\njpeg_quality = 5\n"),
+    );
+    let picture = |name: &str, more: &[&str]| {
+        folder.succeed(&quick(&[&["s.toml", "-o", name], more].concat()));
+        image::load_from_memory(&folder.read(name))
+            .expect("a picture")
+            .into_rgb8()
+    };
+    let truth = picture("f.png", &[]);
+    let error = |quality: &str| {
+        let name = format!("{quality}.jpg");
+        let found = picture(&name, &["--jpeg-quality", quality]);
+        let pairs = found.iter().zip(truth.iter());
+        pairs.map(|(a, b)| f64::from(a.abs_diff(*b)).powi(2)).sum::<f64>()
+    };
+    let errors = ["1", "5", "30", "70", "95", "100"].map(error);
+    assert!(errors.is_sorted_by(|a, b| a > b), "{errors:?}");
+    picture("usual.jpg", &[]);
+    assert!(folder.read("usual.jpg") == folder.read("95.jpg"));
+    // By the scene file, and as a setting by which files are known again.
+    let low = |more: &[&str]| folder.succeed(&[&["low.toml"], more, &QUICK[..4]].concat());
+    low(&[]);
+    let said = low(&["--skip-existing"]);
+    assert!(said.contains("1 skipped"), "{said}");
+    low(&["--skip-existing", "--jpeg-quality", "70"]);
+    let pixels = |name: &str| {
+        image::load_from_memory(&folder.read(name))
+            .expect("a picture")
+            .into_rgb8()
+    };
+    assert!(pixels("low.jpg") == pixels("70.jpg"));
+    for wrong in ["0", "101", "-1", "9.5", "high"] {
+        let said = folder.fail(2, &quick(&["s.toml", "-o", "f.jpg", "--jpeg-quality", wrong]));
+        assert!(
+            said.contains("--jpeg-quality: ") && said.contains("expected a whole number from 1 to 100"),
+            "{said}"
+        );
+    }
+}

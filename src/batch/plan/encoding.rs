@@ -27,6 +27,7 @@ pub(in crate::batch) fn of(
             BlockShape::Lines
         },
         png: desc.png_bits,
+        jpeg: desc.jpeg_quality,
         npz: desc.npz_compression,
         depth,
     };
