@@ -67,7 +67,7 @@ pub struct Args {
     help: Option<bool>,
 
     /// Print the version; --version also tells features and vectors
-    #[arg(short = 'V', long, action = ArgAction::Version, help_heading = heading::GENERAL)]
+    #[arg(short = 'V', long, action = ArgAction::Version, hide_short_help = true, help_heading = heading::GENERAL)]
     version: Option<bool>,
 }
 
@@ -105,6 +105,8 @@ pub enum Command {
     #[cfg(feature = "viewer")]
     #[command(after_long_help = super::fly_args::KEYS)]
     Fly(super::fly_args::FlyArgs),
+    /// Print the JSON Schema of scene files, by which editors complete and check them
+    Schema,
     /// Print the completions of a shell
     #[command(hide = true)]
     Completions { shell: super::completions::Shell },

@@ -37,6 +37,9 @@ use super::{
     threads::threads,
 };
 
+/// The JSON Schema of scene files, which a test makes of their types.
+const SCENE_SCHEMA: &str = include_str!("../../docs/schema/scene.json");
+
 /// Runs the command.
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let simd = simd::from_environment()?;
@@ -56,6 +59,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Some(Command::Denoise(denoise)) => super::denoise::run(denoise, simd, args.quiet),
         Some(Command::ConvertCamera(convert)) => super::convert::run(convert, args.quiet),
         Some(Command::Compare(compare)) => super::compare::run(compare, args.quiet),
+        Some(Command::Schema) => print(SCENE_SCHEMA),
         Some(Command::Completions { shell }) => print(&completions::script(*shell, &whole())),
         Some(Command::Man) => print(&man::page(&whole())),
         Some(Command::Submit(submit)) => super::submit::run(submit, simd),

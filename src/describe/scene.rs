@@ -1,8 +1,9 @@
 //! A scene file describes everything that is rendered: materials, objects, lights, the camera and the output.
 //!
 //! It is a TOML file. A value whose kind can be chosen is named by a key: `shape.sphere = { radius = 1 }`. A kind without
-//! keys may be a word: `mapping = "asin"`. An unknown key is an error that suggests the nearest known one. `docs/schema/scene.json` is its
-//! JSON Schema, by which editors complete and check a file whose first line is `#:schema` with the path to it.
+//! keys may be a word: `mapping = "asin"`. An unknown key is an error that suggests the nearest known one.
+//! `batch-render schema > scene.schema.json` writes its JSON Schema, by which editors with taplo, such as Visual Studio Code with Even Better
+//! TOML, complete and check a file whose first line is `#:schema scene.schema.json`, the path from its own folder.
 //!
 //! - Lengths are in metres and angles in degrees. The space is right-handed; +y is up unless a camera says otherwise.
 //! - Positions are in double precision. A scene far from the origin, by 1,000 m and more, is computed around its own

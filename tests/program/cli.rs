@@ -201,6 +201,13 @@ fn the_long_version_tells_features_and_vectors() {
     }
 }
 
+#[test]
+fn the_schema_is_that_of_the_types() {
+    // A trial compares the file with the types.
+    let schema = include_str!("../../docs/schema/scene.json");
+    assert!(Folder::new().succeed(&["schema"]) == schema);
+}
+
 #[cfg(unix)]
 #[test]
 fn shells_complete_commands_flags_and_values() {
