@@ -19,6 +19,7 @@ pub(super) mod request;
 pub(super) mod rig;
 pub(super) mod time_limit;
 pub(super) mod turntable;
+pub(super) mod two_eyes;
 pub(super) mod values;
 pub(super) mod view_cameras;
 pub(super) mod views;
@@ -66,6 +67,8 @@ pub struct PlannedFrame {
     pub number: i32,
     /// The frame's camera; for a turntable the start of the orbit.
     pub camera: FrameCamera,
+    /// That of the second eye, where the picture shows both.
+    pub second: Option<FrameCamera>,
     pub files: Vec<PlannedFile>,
 }
 
@@ -140,6 +143,7 @@ impl Plan {
         inputs: &Files,
         (tables, run, bounds): (&[ValueFile], Option<Arc<ModelRun>>, Option<DAabb>),
     ) -> Result<Self, Error> {
+        two_eyes::check(request)?;
         let patterns = Patterns::new(desc, request)?;
         let mut picture = PicturePlan::new(desc, request, &patterns.formats())?;
         let files = FilePlan::new(desc, request, &picture, &patterns)?;
@@ -156,6 +160,7 @@ impl Plan {
         memory::take(desc, &picture, sums, inputs.memory())?;
         let JobCameras {
             frames,
+            seconds,
             beside,
             extent,
             first_frame,
@@ -171,9 +176,13 @@ impl Plan {
         let planned = |(number, camera)| PlannedFrame {
             number,
             camera,
+            second: None,
             files: planned_files(&patterns.rendered, number),
         };
-        let frames: Vec<PlannedFrame> = frames.into_iter().map(planned).collect();
+        let mut frames: Vec<PlannedFrame> = frames.into_iter().map(planned).collect();
+        for (frame, second) in frames.iter_mut().zip(seconds) {
+            frame.second = Some(second);
+        }
         let mut beside: Vec<PlannedFrame> = beside.into_iter().map(planned).collect();
         if let Some(frame) = frames.first() {
             cameras::warn_of_missing_part(&frame.camera, picture.settings.resolution, &request.warnings);
@@ -312,7 +321,7 @@ impl FilePlan {
     fn new(desc: &SceneDesc, request: &Request, picture: &PicturePlan, patterns: &Patterns) -> Result<Self, Error> {
         let Patterns { rendered, denoised, .. } = patterns;
         let formats = patterns.formats();
-        let [width, height] = [picture.settings.window.width(), picture.settings.window.height()];
+        let [width, height] = picture.size();
         let mut all = patterns.all().map(FilePattern::format).chain(formats.iter().copied());
         if let Some(format) = all.find(|format| width.max(height) > format.largest_side()) {
             let (name, most) = (format.name(), format.largest_side());

@@ -170,7 +170,7 @@ fn render_all<'a>(
             total: plan.frames.len(),
         });
         let start = Instant::now();
-        let camera = rig.camera(plan, frame);
+        let eyes = rig.eyes(plan, frame);
         let fingerprint = Fingerprint::of_frame(plan, survey.inputs, frame);
         let sums = plan
             .policy
@@ -178,23 +178,28 @@ fn render_all<'a>(
             .then(|| Fingerprint::of_sums(plan, survey.inputs, frame));
         let interrupts = FrameInterrupts::new(plan, (frame, &fingerprint.file, sums), coverage, control.show);
         let own_control = Control {
-            interrupts: (interrupts.keep_state() || control.show.is_some()).then_some(&interrupts as &dyn Interrupts),
+            // They are of one film.
+            interrupts: (eyes.len() == 1 && (interrupts.keep_state() || control.show.is_some()))
+                .then_some(&interrupts as &dyn Interrupts),
             ..*control
         };
         let attempt = failure::catch(|| {
-            let mut of_frame = ScenesOfFrame {
-                scenes: &mut *scenes,
-                number: frame.number,
-                camera: &camera,
-            };
-            match plan.render_frame(&renderer, &mut of_frame, (frame, &camera), &own_control) {
-                Ok(film) => Ok(Ok(film)),
+            let films = eyes.iter().map(|camera| {
+                let mut of_frame = ScenesOfFrame {
+                    scenes: &mut *scenes,
+                    number: frame.number,
+                    camera,
+                };
+                plan.render_frame(&renderer, &mut of_frame, (frame, camera), &own_control)
+            });
+            match films.collect::<Result<Vec<Film>, Failed>>() {
+                Ok(films) => Ok(Ok(films)),
                 Err(Failed::Render(error)) => Ok(Err(error)),
                 Err(Failed::Scene(error)) => Err(error),
             }
         });
-        let film = match attempt.and_then(|found: Result<_, Error>| found.map_err(FrameError::from)) {
-            Ok(film) => film?,
+        let mut films = match attempt.and_then(|found: Result<_, Error>| found.map_err(FrameError::from)) {
+            Ok(films) => films?,
             Err(cause) => {
                 renderer = Renderer::new();
                 scenes.recover();
@@ -211,7 +216,7 @@ fn render_all<'a>(
             }
         };
         if unjudged > 0
-            && let Some(fault) = sight::fault((&film, coverage), plan, scenes.current(), &camera)
+            && let Some(fault) = sight::fault((&films[0], coverage), plan, scenes.current(), &eyes[0])
         {
             unjudged = 0;
             let number = frame.number;
@@ -219,6 +224,11 @@ fn render_all<'a>(
             plan.warnings.add_live(WarningKind::PICTURE, number, text);
         }
         unjudged = unjudged.saturating_sub(1);
+        let first = films.swap_remove(0);
+        let film = match plan.picture.second_eye.zip(films.pop()) {
+            Some((second, right)) => first.beside(&right, second.layout),
+            None => first,
+        };
         let took = start.elapsed();
         observer.event(&JobEvent::FrameRendered {
             frame: frame.number,
@@ -245,7 +255,7 @@ fn render_all<'a>(
         }
         let finished = Finished {
             frame,
-            camera,
+            camera: eyes.into_iter().next().expect("a picture shows an eye"),
             film,
             fingerprint,
         };

@@ -39,7 +39,7 @@ pub use lens::LensOverrides;
 pub use pinhole_view::{CalibratedView, PinholeView, ViewDistortion};
 pub use pose::{LookAt, Pose, PoseError, RotationOrder};
 pub use shutter::{Readout, ReadoutDirection, Shutter, Timing};
-pub use stereo::StereoEye;
+pub use stereo::{SecondEye, StereoEye};
 
 /// A film's width and height, in pixels, both at least 1. Pixels are square.
 pub type FilmSize = [u32; 2];

@@ -10,6 +10,20 @@
 
 use std::{fmt, str::FromStr};
 
+use serde::Serialize;
+
+use crate::kind::named;
+
+named! {
+    /// The arrangement of the pictures of both eyes in one.
+    pub enum EyeLayout: "layout" {
+        /// The left eye's is the left half.
+        SideBySide = "side-by-side",
+        /// The left eye's is the upper half.
+        TopBottom = "top-bottom",
+    }
+}
+
 /// One of the two eyes.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Side {
@@ -26,15 +40,34 @@ pub struct Stereo {
     pub convergence: Option<f64>,
     /// `None` for both.
     pub side: Option<Side>,
+    /// The arrangement of both in one picture; `None` where each has a picture of its own.
+    pub layout: Option<EyeLayout>,
 }
 
 /// The place of an eye.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct StereoEye {
     /// To the right of the camera, in m.
     pub offset: f64,
     /// See [`Stereo::convergence`].
     pub convergence: Option<f64>,
+}
+
+/// The second eye of a picture of both.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+pub struct SecondEye {
+    pub layout: EyeLayout,
+    pub eye: StereoEye,
+}
+
+impl EyeLayout {
+    /// The factors of the width and the height of a picture of both eyes.
+    pub fn factors(self) -> [u32; 2] {
+        match self {
+            Self::SideBySide => [2, 1],
+            Self::TopBottom => [1, 2],
+        }
+    }
 }
 
 impl Side {
@@ -48,19 +81,34 @@ impl Side {
 }
 
 impl Stereo {
-    /// The wanted eyes.
-    pub fn sides(&self) -> Vec<Side> {
-        self.side
-            .map_or_else(|| vec![Side::Left, Side::Right], |side| vec![side])
+    /// The eyes of the wanted pictures: `None` is that of both.
+    pub fn pictures(&self) -> Vec<Option<Side>> {
+        match (self.side, self.layout) {
+            (None, None) => vec![Some(Side::Left), Some(Side::Right)],
+            (side, _) => vec![side],
+        }
     }
 
-    /// The wanted eye, if it is one.
+    /// The eye of a picture, of that of both the left one; `None` if each has a picture of its own.
     pub fn eye(&self) -> Option<StereoEye> {
+        let side = self.side.or(self.layout.map(|_| Side::Left));
+        side.map(|side| self.eye_of(side))
+    }
+
+    /// The second eye of a picture of both.
+    pub fn second(&self) -> Option<SecondEye> {
+        self.layout.map(|layout| SecondEye {
+            layout,
+            eye: self.eye_of(Side::Right),
+        })
+    }
+
+    fn eye_of(&self, side: Side) -> StereoEye {
         let half = 0.5 * self.ipd;
-        self.side.map(|side| StereoEye {
+        StereoEye {
             offset: if side == Side::Left { -half } else { half },
             convergence: self.convergence,
-        })
+        }
     }
 }
 
@@ -71,7 +119,10 @@ impl fmt::Display for Stereo {
         if let Some(convergence) = self.convergence {
             write!(f, ",convergence={convergence}")?;
         }
-        self.side.map_or(Ok(()), |side| write!(f, ",eye={}", side.name()))
+        if let Some(side) = self.side {
+            write!(f, ",eye={}", side.name())?;
+        }
+        self.layout.map_or(Ok(()), |layout| write!(f, ",layout={layout}"))
     }
 }
 
@@ -79,7 +130,7 @@ impl FromStr for Stereo {
     type Err = String;
 
     fn from_str(text: &str) -> Result<Self, String> {
-        let (mut ipd, mut convergence, mut side) = (None, None, None);
+        let (mut ipd, mut convergence, mut side, mut layout) = (None, None, None, None);
         for part in text.split(',') {
             let (key, value) = part.split_once('=').unwrap_or((part, ""));
             let (key, value) = (key.trim(), value.trim());
@@ -94,15 +145,24 @@ impl FromStr for Stereo {
                     let named = [Side::Left, Side::Right].into_iter().find(|side| side.name() == value);
                     side = Some(named.ok_or("`eye` is left or right")?);
                 }
+                "layout" => layout = Some(value.parse::<EyeLayout>().map_err(|unknown| unknown.to_string())?),
                 _ => {
-                    return Err(
-                        "expected ipd=METRES, convergence=METRES or eye=left|right, with commas between".to_owned(),
-                    );
+                    let message = "expected ipd=METRES, convergence=METRES, eye=left|right or layout=side-by-side|top-bottom, \
+                                   with commas between";
+                    return Err(message.to_owned());
                 }
             }
         }
         let ipd = ipd.ok_or("the distance between the eyes is missing: ipd=0.063")?;
-        Ok(Self { ipd, convergence, side })
+        if side.is_some() && layout.is_some() {
+            return Err("`layout` puts both eyes into one picture: leave out `eye`, or `layout`".to_owned());
+        }
+        Ok(Self {
+            ipd,
+            convergence,
+            side,
+            layout,
+        })
     }
 }
 

@@ -162,7 +162,7 @@ fn render(args: &RenderArgs, turn: Turn<'_>) -> anyhow::Result<()> {
     let (counters, show) = (Arc::new(Counters::default()), Arc::new(ShowRequest::default()));
     signals::listen(Arc::clone(&cancel), Arc::clone(&show))?;
     let kind = if quiet { ProgressKind::None } else { args.progress };
-    let frames = (plan.frames.len(), plan.picture.settings.max_samples());
+    let frames = (plan.frames.len(), plan.picture.max_samples());
     let progress = Progress::new(kind, frames, &counters, turn.typed);
     let control = Control {
         cancel: Some(&cancel),
@@ -239,7 +239,7 @@ fn render(args: &RenderArgs, turn: Turn<'_>) -> anyhow::Result<()> {
 
 fn log_settings(job: &Job, threads: usize) {
     let plan = &job.plan;
-    let [width, height] = plan.picture.settings.resolution;
+    let [width, height] = plan.picture.resolution();
     let budget = &plan.picture.settings.samples;
     let samples = match &budget.adaptive {
         Some(rule) => format!(

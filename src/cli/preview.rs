@@ -188,8 +188,7 @@ impl<'a> Preview<'a> {
     /// Such a file cannot be made, some frames could not be shown in a film, or no temporary file can be made.
     pub fn new(path: &'a Path, size: PreviewSize, job: &'a Job) -> Result<Self, Error> {
         let (kind, plan) = (FilmKind::of(path), &job.plan);
-        let window = plan.picture.settings.window;
-        kind.check(path, [window.width(), window.height()])?;
+        kind.check(path, plan.picture.size())?;
         let is_partial = plan.policy.existing == Existing::Skip || plan.all_frames().len() > plan.frames.len();
         if size == PreviewSize::Full && is_partial && !shows_finished(plan) {
             return Err(Error::Usage(format!(

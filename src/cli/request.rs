@@ -52,6 +52,7 @@ pub fn request(args: &RenderArgs, outlets: &Outlets, simd: Isa) -> Result<Reques
         turntable: args.turntable,
         views: views(args)?,
         stereo: args.views.stereo.and_then(|stereo| stereo.eye()),
+        second_eye: args.views.stereo.and_then(|stereo| stereo.second()),
         frame_to_fit: args.frame_to_fit,
         ground: args.ground,
         normalise: args.normalise,

@@ -1,7 +1,7 @@
 //! Several scenes in one command, rendered one after the other. The next one is loaded meanwhile.
 //!
 //! `{scene}` in any argument stands for the name of the scene: its file without the ending, with the folders that tell it from the
-//! others. The two eyes of stereo are rendered in the same way, and `{eye}` is the name of theirs.
+//! others. The two eyes of stereo are rendered in the same way, unless one picture shows both, and `{eye}` is the name of theirs.
 
 use std::{
     collections::HashSet,
@@ -75,14 +75,14 @@ pub fn run(args: &RenderArgs, (simd, quiet): (Isa, bool), render: Render) -> any
         };
         render(args, turn)
     };
-    let is_pair = args.views.stereo.is_some_and(|stereo| stereo.side.is_none());
+    let is_pair = args.views.stereo.is_some_and(|stereo| stereo.pictures().len() > 1);
     if args.more.is_empty() && !is_pair && !words.iter().any(|word| has_name(word)) {
         return alone(args);
     }
     let scenes: Vec<&Path> = args.scene.iter().chain(&args.more).map(PathBuf::as_path).collect();
     let names = names(&scenes)?;
     let sides: Vec<Option<Side>> = match args.views.stereo {
-        Some(stereo) => stereo.sides().into_iter().map(Some).collect(),
+        Some(stereo) => stereo.pictures(),
         None => vec![None],
     };
     // The eyes of a scene come one after the other.

@@ -92,7 +92,7 @@ impl<'a> Stats<'a> {
                 .collect(),
             scene: job.desc.source.path.display().to_string(),
             settings: settings.clone(),
-            resolution: plan.picture.settings.resolution,
+            resolution: plan.picture.resolution(),
             samples: plan.picture.settings.samples.max,
             min_samples: adaptive.map(|rule| rule.min),
             noise_threshold: adaptive.map(|rule| rule.threshold),

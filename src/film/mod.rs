@@ -2,6 +2,7 @@
 
 pub mod accumulator;
 mod accumulator_layout;
+mod beside;
 mod catchers;
 pub mod coverage;
 mod features;

@@ -1,6 +1,9 @@
 //! Pictures of two eyes.
 
-use crate::common::{Folder, SMALL_SCENE};
+use std::collections::BTreeMap;
+
+use crate::common::{Folder, SMALL_PATH, SMALL_SCENE, repo};
+use exr::prelude::{FlatSamples, ReadChannels, ReadLayers, read};
 
 const SMALL: [&str; 4] = ["--resolution", "16x12", "--samples", "2"];
 
@@ -75,6 +78,193 @@ fn eyes_that_would_share_a_file_and_cameras_without_eyes_are_refused() {
     let said = folder.fail(2, &["flat.toml", "--stereo", "ipd=0.06", "-o", "{eye}.exr"]);
     assert!(
         said.contains("--stereo: the two eyes of an orthographic camera see the same"),
+        "{said}"
+    );
+}
+
+/// The bits of the numbers of each channel of an EXR file, with their place: width and height.
+fn channels(folder: &Folder, name: &str) -> ([usize; 2], BTreeMap<String, Vec<u32>>) {
+    let reader = read().no_deep_data().largest_resolution_level().all_channels();
+    let image = reader.all_layers().all_attributes().from_file(folder.path(name));
+    let image = image.expect("an EXR");
+    let bits = |samples: &FlatSamples| match samples {
+        FlatSamples::F16(v) => v.iter().map(|v| u32::from(v.to_bits())).collect(),
+        FlatSamples::F32(v) => v.iter().map(|v| v.to_bits()).collect(),
+        FlatSamples::U32(v) => v.clone(),
+    };
+    let list = image.layer_data.iter().flat_map(|layer| &layer.channel_data.list);
+    let size = image.layer_data[0].size;
+    let display = image.attributes.display_window.size;
+    assert_eq!(size, display, "{name}");
+    let channels = list.map(|c| (c.name.to_string(), bits(&c.sample_data))).collect();
+    ([size.0, size.1], channels)
+}
+
+/// The half of a picture of two eyes, whose layout is `layout`, that shows this one.
+fn half<T: Copy>(whole: &[T], [width, height]: [usize; 2], layout: &str, eye: &str) -> Vec<T> {
+    let is_second = usize::from(eye == "right");
+    let pixel = |i: usize| match layout {
+        "side-by-side" => i / width * 2 * width + is_second * width + i % width,
+        _ => is_second * width * height + i,
+    };
+    (0..width * height).map(|i| whole[pixel(i)]).collect()
+}
+
+/// Jobs whose eyes see different things, with passes of all kinds, with other numbers of samples for each block, and with motion blur.
+const PAIRS: [&[&str]; 4] = [
+    &["scenes/passes/scene.toml", "--aovs", "all", "--samples", "3"],
+    &[
+        "scenes/passes/scene.toml",
+        "--turntable",
+        "2",
+        "--range",
+        "2",
+        "--noise-threshold",
+        "0.05",
+        "--samples",
+        "64",
+    ],
+    &["s.toml", "--show", "objectId", "--multipart"],
+    &[
+        "s.toml",
+        "--frames",
+        "path.csv",
+        "--range",
+        "2",
+        "--exposure",
+        "auto",
+        "--samples",
+        "2",
+        "--tiled",
+    ],
+];
+
+#[test]
+fn halves_of_a_picture_of_both_eyes_have_the_bits_of_each_eye_by_itself() {
+    const SIZE: [usize; 2] = [48, 27];
+    for job in PAIRS {
+        let folder = Folder::new();
+        #[cfg(unix)]
+        std::os::unix::fs::symlink(repo("scenes"), folder.path("scenes")).expect("a link");
+        folder.write("s.toml", SMALL_SCENE);
+        folder.write("path.csv", SMALL_PATH);
+        let of = |stereo: &str, out: &str| {
+            let files = ["exr", "png", "npz"].map(|ending| format!("{out}.{ending}"));
+            let files = files.iter().flat_map(|file| ["-o", &file[..]]);
+            let more = ["--resolution", "48x27", "--stereo", stereo];
+            folder.succeed(&[job, &more, &files.collect::<Vec<_>>()].concat());
+        };
+        for layout in ["side-by-side", "top-bottom"] {
+            of(&format!("ipd=0.3,convergence=4,layout={layout}"), layout);
+            let factors = if layout == "top-bottom" { [1, 2] } else { [2, 1] };
+            let (size, whole) = channels(&folder, &format!("{layout}.exr"));
+            assert_eq!(size, [SIZE[0] * factors[0], SIZE[1] * factors[1]]);
+            let picture = image::open(folder.path(&format!("{layout}.png")))
+                .expect("a PNG")
+                .into_rgba8();
+            let picture: Vec<_> = picture.pixels().copied().collect();
+            for eye in ["left", "right"] {
+                of(&format!("ipd=0.3,convergence=4,eye={eye}"), eye);
+                let (size, own) = channels(&folder, &format!("{eye}.exr"));
+                assert_eq!(size, SIZE);
+                assert!(whole.keys().eq(own.keys()), "{job:?}");
+                for (name, values) in &own {
+                    assert!(
+                        &half(&whole[name], SIZE, layout, eye) == values,
+                        "{job:?} {layout} {eye}: {name}"
+                    );
+                }
+                let own = image::open(folder.path(&format!("{eye}.png")))
+                    .expect("a PNG")
+                    .into_rgba8();
+                let own: Vec<_> = own.pixels().copied().collect();
+                assert!(half(&picture, SIZE, layout, eye) == own, "{job:?} {layout} {eye}");
+            }
+        }
+        let [left, right] = ["left", "right"].map(|eye| channels(&folder, &format!("{eye}.exr")));
+        assert!(left != right, "{job:?}");
+    }
+}
+
+#[test]
+fn a_picture_of_both_eyes_is_known_again_by_its_layout_and_its_eyes() {
+    let folder = Folder::new();
+    folder.write("a.toml", SMALL_SCENE);
+    let job = |stereo: &str, more: &[&str]| {
+        let job = ["a.toml", "--turntable", "2", "-o", "f.#.exr", "--stereo", stereo];
+        folder.succeed(&[&job[..], more, &SMALL[..]].concat())
+    };
+    job("ipd=0.2,layout=side-by-side", &["--threads", "1"]);
+    let whole = folder.read("f.2.exr");
+    assert!(job("ipd=0.2,layout=side-by-side", &["--skip-existing"]).contains("0 frames rendered, 2 skipped"));
+    for other in [
+        "ipd=0.2,layout=top-bottom",
+        "ipd=0.3,layout=side-by-side",
+        "ipd=0.2,eye=left",
+    ] {
+        let stale = job(other, &["--list-stale"]);
+        assert_eq!(stale.lines().count(), 2, "{other}: {stale}");
+    }
+    job("ipd=0.2,layout=side-by-side", &["--threads", "3"]);
+    assert!(folder.read("f.2.exr") == whole);
+    let said = job("ipd=0.2,layout=top-bottom", &["--stats", "s.json"]);
+    assert!(!said.contains("scene 1 of"), "{said}");
+    let figures: serde_json::Value = serde_json::from_slice(&folder.read("s.json")).expect("JSON");
+    assert_eq!(figures["resolution"], serde_json::json!([16, 24]));
+    let whole = 2 * 16 * 12 * 2;
+    assert!(
+        figures["frames"]
+            .as_array()
+            .expect("frames")
+            .iter()
+            .all(|frame| frame["samples"] == whole),
+        "{figures}"
+    );
+}
+
+#[test]
+fn what_works_on_one_camera_is_refused_for_pictures_of_both_eyes() {
+    let folder = Folder::new();
+    folder.write("a.toml", SMALL_SCENE);
+    for (flags, named) in [
+        (&["--crop", "0,0,8,8"][..], "--crop"),
+        (&["--overscan", "2"], "--overscan"),
+        (&["--denoise"], "--denoise"),
+        (&["--time-limit", "1s"], "--time-limit"),
+        (&["--checkpoint", "1s"], "--checkpoint"),
+        (&["--keep-sums"], "--keep-sums"),
+        (&["--metadata", "transforms"], "--metadata"),
+        (&["--metadata", "ids,coco"], "--metadata"),
+    ] {
+        let job = ["a.toml", "--stereo", "ipd=0.06,layout=top-bottom", "-o", "f.exr"];
+        let said = folder.fail(2, &[&job[..], flags, &SMALL[..]].concat());
+        let expected = format!("--stereo with layout=top-bottom: {named}");
+        assert!(said.contains(&expected) && said.contains("{eye}"), "{said}");
+    }
+    let job = [
+        "a.toml",
+        "--stereo",
+        "ipd=0.06,layout=top-bottom",
+        "--metadata",
+        "ids",
+        "-o",
+        "f.exr",
+    ];
+    folder.succeed(&[&job[..], &SMALL[..]].concat());
+    let said = folder.fail(
+        2,
+        &[
+            "a.toml",
+            "--stereo",
+            "ipd=0.06,layout=top-bottom",
+            "-o",
+            "f.jpg",
+            "--resolution",
+            "2x40000",
+        ],
+    );
+    assert!(
+        said.contains("a jpg file has at most 65535 columns and rows, not 2x80000"),
         "{said}"
     );
 }

@@ -11,7 +11,7 @@ use crate::{
     assets::{Files, camera_path},
     batch::{FrameRange, Request, Turn},
     camera::{
-        Camera, FilmSize, FrameCamera, Lens, Neighbours, PictureCamera, SceneCamera, Timing,
+        Camera, FilmSize, FrameCamera, Lens, Neighbours, PictureCamera, SceneCamera, StereoEye, Timing,
         lens::Aperture,
         path::{CameraPath, PathError},
     },
@@ -35,6 +35,8 @@ pub(in crate::batch) fn metered_resolution(full: [u32; 2]) -> [u32; 2] {
 pub(in crate::batch) struct JobCameras {
     /// The camera of each frame to be rendered, in rising order.
     pub frames: Vec<(i32, FrameCamera)>,
+    /// Those of the second eyes of these frames, where a picture shows both.
+    pub seconds: Vec<FrameCamera>,
     /// Those of the frames that are not rendered and help to denoise others.
     pub beside: Vec<(i32, FrameCamera)>,
     /// The frames without a range.
@@ -56,11 +58,17 @@ pub(in crate::batch) fn cameras(
     inputs: &Files,
 ) -> Result<JobCameras, Error> {
     let mut cameras = middle_cameras(desc, request, values, own, inputs)?;
+    let of_eye = |camera: &FrameCamera, eye: &StereoEye| {
+        let refused = |why| Error::Usage(format!("--stereo: {why}"));
+        camera.of_eye(eye).map_err(refused)
+    };
+    if let Some(second) = &request.second_eye {
+        let seconds = cameras.frames.iter().map(|(_, camera)| of_eye(camera, &second.eye));
+        cameras.seconds = seconds.collect::<Result<_, _>>()?;
+    }
     if let Some(eye) = &request.stereo {
         for (_, camera) in cameras.frames.iter_mut().chain(&mut cameras.beside) {
-            *camera = camera
-                .of_eye(eye)
-                .map_err(|why| Error::Usage(format!("--stereo: {why}")))?;
+            *camera = of_eye(camera, eye)?;
         }
     }
     Ok(cameras)
@@ -107,6 +115,7 @@ fn middle_cameras(
         let of = |frame| Ok((number(frame), own.frame_camera(frame as f64, resolution)?));
         return Ok(JobCameras {
             frames: frames.iter().map(of).collect::<Result<_, Error>>()?,
+            seconds: Vec::new(),
             beside: beside(request, &frames, &there)
                 .into_iter()
                 .map(of)
@@ -166,6 +175,7 @@ fn middle_cameras(
     };
     Ok(JobCameras {
         frames: frames.iter().map(of).collect::<Result<_, _>>()?,
+        seconds: Vec::new(),
         // The job does not need those that have no camera.
         beside: beside(request, &frames, &all)
             .into_iter()
@@ -196,6 +206,7 @@ fn of_views(
     let metered = Camera::new(&first.pose, &first.lens, metered_resolution(resolution));
     Ok(JobCameras {
         frames: frames.iter().map(of).collect::<Result<_, _>>()?,
+        seconds: Vec::new(),
         beside: beside(request, &frames, &all)
             .into_iter()
             .map(of)

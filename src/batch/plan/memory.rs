@@ -31,7 +31,8 @@ pub(in crate::batch) fn take(
     let layout = settings
         .film_layout(render::picture_of(picture.integrator.as_dyn()), &desc.light_groups())
         .map_err(|unknown| Error::Usage(unknown.to_string()))?;
-    let frame = (settings.window.area() as u64).saturating_mul(layout.bytes_per_pixel());
+    let pixels = (settings.window.area() as u64).saturating_mul(picture.eyes());
+    let frame = pixels.saturating_mul(layout.bytes_per_pixel());
     // They are kept as well if a frame has several rounds.
     let copies = u64::from(kept.moves || settings.samples.time.is_some()) + 2 * u64::from(kept.copies);
     let mut accumulators = settings.accumulator_layout(&layout);
@@ -42,7 +43,8 @@ pub(in crate::batch) fn take(
         .rendered_pixels()
         .saturating_mul(accumulators.bytes_per_pixel());
     let bytes = frame
-        .saturating_mul(FRAMES_IN_MEMORY)
+        // The films of two eyes become one.
+        .saturating_mul(FRAMES_IN_MEMORY + picture.eyes() - 1)
         .saturating_add(sums.saturating_mul(copies));
     let [width, height] = settings.resolution;
     memory

@@ -4,7 +4,7 @@ use super::{frame_rate, passes::PassChoice};
 use crate::{
     accel::BuildOptions,
     batch::{Request, Turntable},
-    camera::{FrameCamera, SceneCamera, StereoEye},
+    camera::{FrameCamera, SceneCamera, SecondEye, StereoEye},
     describe::{Diagnostics, SceneDesc},
     error::Error,
     film::{
@@ -34,6 +34,8 @@ pub struct PicturePlan {
     pub turntable: Option<Turntable>,
     /// The eye that the cameras are those of.
     pub stereo: Option<StereoEye>,
+    /// The other eye, where each picture shows both.
+    pub second_eye: Option<SecondEye>,
     /// Frames per second, as a fraction.
     pub fps: Option<(i32, u32)>,
     /// The animations that a model by itself plays.
@@ -99,6 +101,7 @@ impl PicturePlan {
             camera,
             turntable,
             stereo: request.stereo,
+            second_eye: request.second_eye,
             fps: request.fps.map(frame_rate::rational),
             animation: request.animation.clone(),
             accel: request.accel,
@@ -122,6 +125,32 @@ impl PicturePlan {
 }
 
 impl PicturePlan {
+    /// The columns and rows of the files.
+    pub fn size(&self) -> [u32; 2] {
+        self.with_eyes([self.settings.window.width(), self.settings.window.height()])
+    }
+
+    /// The columns and rows of the whole picture.
+    pub fn resolution(&self) -> [u32; 2] {
+        self.with_eyes(self.settings.resolution)
+    }
+
+    /// The columns and rows of a picture of all eyes, of each of which it is so many.
+    fn with_eyes(&self, [width, height]: [u32; 2]) -> [u32; 2] {
+        let [x, y] = self.second_eye.map_or([1, 1], |second| second.layout.factors());
+        [width.saturating_mul(x), height.saturating_mul(y)]
+    }
+
+    /// The most samples of a frame.
+    pub fn max_samples(&self) -> u64 {
+        self.settings.max_samples() * self.eyes()
+    }
+
+    /// The number of eyes that a picture shows.
+    pub(super) fn eyes(&self) -> u64 {
+        if self.second_eye.is_some() { 2 } else { 1 }
+    }
+
     /// Adds the passes that denoisers read of some scenes only, unless the films have them: motion vectors where objects move, and
     /// the coverage where shadow catchers are.
     pub(super) fn add_for_denoisers(&mut self, moves: bool, has_catchers: bool) {

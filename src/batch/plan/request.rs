@@ -9,7 +9,7 @@ use crate::{
         DenoiseOptions, DenoiseSteps, Existing, FrameRange, IfBusy, JobPart, OnFailure, Turn, Views,
         products::metadata::Sidecar,
     },
-    camera::{Pose, RotationOrder, StereoEye},
+    camera::{Pose, RotationOrder, SecondEye, StereoEye},
     compile::default_scene::normalise::Normalise,
     describe::Overrides,
     output::{
@@ -66,6 +66,8 @@ pub struct Request {
     pub views: Option<Views>,
     /// The eye that the cameras are those of.
     pub stereo: Option<StereoEye>,
+    /// The other eye, where each picture shows both.
+    pub second_eye: Option<SecondEye>,
     /// Whether the scene's camera is moved along its line of sight until the scene fits into the picture.
     pub frame_to_fit: bool,
     /// Whether a model that is the scene stands on a ground.

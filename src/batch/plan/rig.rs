@@ -3,7 +3,10 @@
 use crate::batch::{Plan, PlannedFrame};
 
 use super::turntable::Orbit;
-use crate::{camera::FrameCamera, scene::Scene};
+use crate::{
+    camera::{FrameCamera, StereoEye},
+    scene::Scene,
+};
 
 /// The source of a job's cameras: the camera path, or an orbit around the scene.
 #[derive(Clone, Copy, Debug)]
@@ -19,16 +22,31 @@ impl CameraRig {
         }
     }
 
-    /// The camera of a frame of the plan.
+    /// The camera of a frame of the plan; of a picture of both eyes, that of the left one.
     pub fn camera(&self, plan: &Plan, frame: &PlannedFrame) -> FrameCamera {
+        self.of_eye(plan, (frame.number, &frame.camera), plan.picture.stereo.as_ref())
+    }
+
+    /// The cameras of the eyes that a picture shows.
+    pub(in crate::batch) fn eyes(&self, plan: &Plan, frame: &PlannedFrame) -> Vec<FrameCamera> {
+        let second = plan.picture.second_eye.map(|second| second.eye);
+        let second = frame
+            .second
+            .iter()
+            .map(|camera| self.of_eye(plan, (frame.number, camera), second.as_ref()));
+        [self.camera(plan, frame)].into_iter().chain(second).collect()
+    }
+
+    /// The camera of an eye, of which the plan has made `planned`.
+    fn of_eye(&self, plan: &Plan, (number, planned): (i32, &FrameCamera), eye: Option<&StereoEye>) -> FrameCamera {
         match &self.orbit {
-            None => frame.camera.clone(),
+            None => planned.clone(),
             Some(orbit) => {
-                let camera = orbit.camera(frame.number, plan.picture.settings.resolution);
+                let camera = orbit.camera(number, plan.picture.settings.resolution);
                 // The plan has made the eye of the start of the orbit.
-                let eye = plan.picture.stereo.and_then(|eye| camera.of_eye(&eye).ok());
+                let eye = eye.and_then(|eye| camera.of_eye(eye).ok());
                 let camera = eye.unwrap_or(camera);
-                FrameCamera::from(camera).with_timing(frame.camera.timing())
+                FrameCamera::from(camera).with_timing(planned.timing())
             }
         }
     }

@@ -11,7 +11,7 @@ use serde::Serialize;
 use crate::{
     assets::{ContentHash, Store},
     batch::{Plan, PlannedFrame, Turntable, frame_scenes::time_in_frames},
-    camera::{FrameCamera, Neighbours},
+    camera::{FrameCamera, Neighbours, SecondEye},
     describe::Source,
     film::{PassRequest, Window},
     filter::Filter,
@@ -34,6 +34,9 @@ pub const FINGERPRINT: &str = "batch-render/fingerprint";
 
 /// The attribute of the fingerprint that all crops of a frame share.
 pub const PICTURE: &str = "batch-render/picture";
+
+/// The attribute of the arrangement of two eyes in one picture.
+const EYES: &str = "batch-render/eyes";
 
 /// The attribute of the fingerprint that all frames of a scene share.
 pub const SCENE: &str = "batch-render/inputs";
@@ -105,6 +108,9 @@ struct Hashed<'a> {
     frame: i32,
     /// `None` for what all frames share.
     camera: Option<FrameCamera>,
+    /// The second eye, which follows from it and this, and its place in the picture.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    second_eye: Option<SecondEye>,
     /// The neighbouring frames, if a pass follows motion.
     neighbours: Option<Neighbours>,
     /// The values of the scene at the frame, if any change over time.
@@ -202,6 +208,7 @@ impl<'a> Hashed<'a> {
             animation: &picture.animation,
             frame: number,
             camera: camera.map(|camera| camera.clone().with_neighbours(Neighbours::default())),
+            second_eye: picture.second_eye,
             neighbours: camera.filter(|_| motion).map(|camera| camera.neighbours().clone()),
             moment,
             further_moments: further,
@@ -285,11 +292,12 @@ impl Fingerprint {
     /// The metadata of the files of frame number `frame` of `plan`, as `camera` sees it, with this fingerprint.
     pub fn metadata(&self, plan: &Plan, frame: i32, camera: &FrameCamera) -> FrameMetadata {
         let mut metadata = plan.metadata(frame);
-        metadata.attributes.extend(camera_attributes(
-            camera,
-            plan.picture.settings.resolution,
-            plan.picture.fps,
-        ));
+        let (resolution, fps) = (plan.picture.settings.resolution, plan.picture.fps);
+        match plan.picture.second_eye {
+            // They are of one camera.
+            Some(second) => metadata.attributes.push(Attribute::new(EYES, second.layout.name())),
+            None => metadata.attributes.extend(camera_attributes(camera, resolution, fps)),
+        }
         metadata.attributes.extend([
             Attribute::new(FINGERPRINT, self.file.as_str()),
             Attribute::new(PICTURE, self.picture.as_str()),

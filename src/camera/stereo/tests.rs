@@ -1,7 +1,7 @@
 use glam::DVec3;
 use proptest::prelude::*;
 
-use super::{Side, Stereo, StereoEye};
+use super::{EyeLayout, Side, Stereo, StereoEye};
 use crate::{
     camera::{Camera, Lens, LookAt, Pose, panorama::PanoramaLens, perspective::PerspectiveLens},
     math::Vec2,
@@ -20,6 +20,7 @@ fn pair(lens: Lens, ipd: f64, convergence: Option<f64>) -> [Camera; 2] {
             ipd,
             convergence,
             side: Some(side),
+            layout: None,
         };
         mono(lens).of_eye(&stereo.eye().expect("an eye")).expect("a camera")
     })
@@ -59,15 +60,25 @@ fn a_stereo_is_read_as_it_is_written() {
         ipd: 0.063,
         convergence: None,
         side: None,
+        layout: None,
     };
     assert_eq!(of("ipd=0.063"), Ok(both));
-    assert_eq!(both.sides(), [Side::Left, Side::Right]);
+    assert_eq!(both.pictures(), [Some(Side::Left), Some(Side::Right)]);
     let one = Stereo {
         convergence: Some(2.0),
         side: Some(Side::Right),
         ..both
     };
     assert_eq!(of("ipd=0.063, convergence=2,eye=right"), Ok(one));
+    assert_eq!((one.pictures(), one.second()), (vec![Some(Side::Right)], None));
+    let joined = Stereo {
+        layout: Some(EyeLayout::TopBottom),
+        ..both
+    };
+    assert_eq!(of("ipd=0.063,layout=top-bottom"), Ok(joined));
+    assert_eq!(joined.pictures(), [None]);
+    let eyes = [joined.eye(), joined.second().map(|second| second.eye)];
+    assert_eq!(eyes.map(|eye| eye.map(|eye| eye.offset)), [Some(-0.0315), Some(0.0315)]);
     for wrong in [
         "",
         "ipd",
@@ -76,6 +87,8 @@ fn a_stereo_is_read_as_it_is_written() {
         "convergence=1",
         "ipd=1,eye=both",
         "ipd=1,baseline=2",
+        "ipd=1,layout=beside",
+        "ipd=1,eye=left,layout=side-by-side",
     ] {
         assert!(of(wrong).is_err(), "{wrong}");
     }
