@@ -4,6 +4,7 @@ use std::collections::HashMap;
 
 use super::{
     compiler::{Compiler, undefined},
+    nesting::Nesting,
     textures::TextureNames,
 };
 use crate::{
@@ -34,6 +35,7 @@ impl Compiler<'_> {
                     .set_material_back_faces(id, MaterialBackFaces { own, in_file });
             }
         }
+        self.problems.extend(names.tangled());
     }
 }
 
@@ -54,9 +56,28 @@ impl<'a> MaterialNames<'a> {
         }
     }
 
+    /// The problem of the first mixture that contains itself, or is made of too many others.
+    pub fn tangled(&self) -> Option<Problem> {
+        let entries = &self.desc.materials;
+        let mut nesting = Nesting::new(entries.len(), |id: usize| {
+            let mixed = entries[id].material.mixed().into_iter().flatten();
+            mixed.filter_map(|name| self.materials.get(name.get_ref().as_str()).map(|id| *id as usize))
+        });
+        (0..entries.len()).find_map(|id| {
+            let tangle = nesting.of(id).err()?;
+            let message = tangle.message("material", |id| entries[id].name.get_ref());
+            Some(Problem::at(entries[id].name.span(), message))
+        })
+    }
+
     /// Compiles a material of the scene file.
     pub fn material(&self, entry: &MaterialEntry) -> Result<Material, Problem> {
-        let material = self.material_in(entry, &[entry.name.get_ref()])?;
+        let compiled = self.find(|find| entry.material.compile(find));
+        let material = compiled.map_err(|problem| {
+            // A problem without a span belongs to the whole material.
+            let span = problem.span.clone().or_else(|| Some(entry.name.span()));
+            Problem { span, ..problem }
+        })?;
         match (&entry.back_faces, two_sided_reason(&material)) {
             (Some(backs), Some(reason)) if *backs.get_ref() != BackFaces::Shaded => {
                 let message = format!("the material has no back: {reason}");
@@ -71,11 +92,11 @@ impl<'a> MaterialNames<'a> {
         let (span, map) = match (&entry.bump, &entry.normal) {
             (None, None) => return Ok(None),
             (Some(bump), None) => {
-                let map = self.find(&[], |find| bump.get_ref().compile(find))?;
+                let map = self.find(|find| bump.get_ref().compile(find))?;
                 (bump.span(), map)
             }
             (None, Some(normal)) => {
-                let map = self.find(&[], |find| normal.get_ref().compile(find))?;
+                let map = self.find(|find| normal.get_ref().compile(find))?;
                 (normal.span(), map)
             }
             (Some(_), Some(normal)) => {
@@ -96,41 +117,33 @@ impl<'a> MaterialNames<'a> {
         Ok(Some(map))
     }
 
-    /// Compiles a material that the mixtures `within` are made of, itself the last of them.
-    fn material_in(&self, entry: &MaterialEntry, within: &[&str]) -> Result<Material, Problem> {
-        let compiled = self.find(within, |find| entry.material.compile(find));
-        compiled.map_err(|problem| {
-            // A problem without a span belongs to the whole material.
-            let span = problem.span.clone().or_else(|| Some(entry.name.span()));
-            Problem { span, ..problem }
-        })
-    }
-
-    /// Calls `with` to compile a part of the mixtures `within`.
-    fn find<T>(&self, within: &[&str], with: impl FnOnce(&Find<'_>) -> T) -> T {
+    /// Calls `with` to compile a part of a material.
+    fn find<T>(&self, with: impl FnOnce(&Find<'_>) -> T) -> T {
         with(&Find {
             color: &|source| self.textures.color(source),
             directions: &|source| self.textures.directions(source),
-            material: &|name| self.component(name, within),
+            material: &|name| self.component(name),
         })
     }
 
-    /// The material `name` as a part of the mixtures `within`.
-    fn component(&self, name: &Spanned<String>, within: &[&str]) -> Result<MaterialId, Problem> {
+    /// The material `name` as a part of a mixture.
+    fn component(&self, name: &Spanned<String>) -> Result<MaterialId, Problem> {
         let Some(&id) = self.materials.get(name.get_ref().as_str()) else {
             let known = self.desc.materials.iter().map(|m| &m.name);
             return Err(undefined("material", name.get_ref(), name.span(), known));
         };
-        if within.contains(&name.get_ref().as_str()) {
-            return Err(Problem::at(name.span(), "the mixture contains itself"));
-        }
-        let within = [within, &[name.get_ref()]].concat();
         let entry = &self.desc.materials[id as usize];
-        let unmixable = match self.material_in(entry, &within) {
-            Ok(_) if entry.back_faces.is_some() => Some("only the whole mixture may have `back_faces`"),
-            Ok(material) => unmixable(&material),
-            // It is told where it is.
-            Err(_) => Some("it has an error of its own"),
+        let unmixable = if entry.back_faces.is_some() {
+            Some("only the whole mixture may have `back_faces`")
+        } else if entry.material.mixed().is_some() {
+            // Its components are looked at where it is compiled itself.
+            None
+        } else {
+            match self.material(entry) {
+                Ok(material) => unmixable(&material),
+                // It is told where it is.
+                Err(_) => Some("it has an error of its own"),
+            }
         };
         match unmixable {
             None => Ok(MaterialId(id)),

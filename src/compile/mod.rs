@@ -30,6 +30,7 @@ mod materials;
 mod model_lights;
 mod models;
 mod motion;
+mod nesting;
 mod objects;
 mod options;
 mod origin;

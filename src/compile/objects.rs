@@ -229,8 +229,10 @@ pub fn check_names(desc: &SceneDesc, entity: Entity, store: &Store) -> Result<()
     };
     match entity {
         Entity::Material(at) => {
-            let compiled = MaterialNames::new(desc).material(&desc.materials[at]);
-            compiled.map(drop).map_err(message)
+            let names = MaterialNames::new(desc);
+            let compiled = names.material(&desc.materials[at]).map_err(message)?;
+            let tangled = compiled.mixture().and_then(|_| names.tangled());
+            tangled.map_or(Ok(()), |problem| Err(message(problem)))
         }
         Entity::Object(at) => {
             let object = &desc.objects[at];

@@ -88,6 +88,7 @@ impl Refresher {
                     let Some(map) = names.normal_map(entry, &material).map_err(&mut keep).ok() else {
                         continue;
                     };
+                    is_alike &= material.mixture().is_none() || names.tangled().is_none();
                     material.convert_colors(space);
                     let id = MaterialId(at as u32);
                     is_alike &= are_alike(scene.material(id), &material);

@@ -2,7 +2,10 @@
 
 use std::{cell::RefCell, collections::HashMap};
 
-use super::compiler::{Compiler, undefined};
+use super::{
+    compiler::{Compiler, undefined},
+    nesting::Nesting,
+};
 use crate::{
     assets::{model::ImageSource, store::ImageRequest},
     describe::{SceneDesc, TextureEntry},
@@ -13,9 +16,6 @@ use crate::{
 
 /// Look-ups of textures, itself among them, that one look-up makes at most.
 const MOST_LOOKUPS: u64 = 1000;
-
-/// Textures, each of which reads the next, at most.
-const MAX_DEPTH: u32 = 64;
 
 impl Compiler<'_> {
     pub(super) fn textures(&mut self) {
@@ -52,13 +52,14 @@ impl Compiler<'_> {
     /// The problem of the first texture that contains itself, or that looks up too many others.
     fn tangled(&self) -> Option<Problem> {
         let textures = self.scene.textures().textures;
-        let mut known = vec![Lookups::Unknown; textures.len()];
+        let mut nesting = Nesting::new(textures.len(), |id: usize| {
+            textures[id].sources().map(|source| source.0 as usize)
+        });
         (0..textures.len()).find_map(|id| {
-            let message = match count(textures, id, 1, &mut known) {
+            let message = match nesting.of(id) {
                 Ok(sources) if sources.lookups <= MOST_LOOKUPS => return None,
                 Ok(_) => format!("a look-up in this texture makes more than {MOST_LOOKUPS} look-ups in others"),
-                Err(Tangle::Circle) => "this texture contains itself".to_owned(),
-                Err(Tangle::Depth) => format!("more than {MAX_DEPTH} textures, each made of the next"),
+                Err(tangle) => tangle.message("texture", |id| self.desc.textures[id].name.get_ref()),
             };
             Some(Problem::at(self.desc.textures[id].name.span(), message))
         })
@@ -92,49 +93,6 @@ pub(super) fn compile(entry: &TextureEntry, find: &FindSources<'_>, origin: DVec
         }),
         _ => Err(problems),
     }
-}
-
-/// The textures that a texture reads, and those that these read.
-#[derive(Clone, Copy)]
-struct Sources {
-    /// The number of look-ups that one makes, itself among them.
-    lookups: u64,
-    /// The number of textures of the longest chain, itself among them.
-    depth: u32,
-}
-
-/// The sources of a texture as far as they are known.
-#[derive(Clone, Copy)]
-enum Lookups {
-    Unknown,
-    /// They are being counted.
-    Counting,
-    Known(Sources),
-}
-
-/// The reason why textures cannot be looked up.
-enum Tangle {
-    Circle,
-    Depth,
-}
-
-/// Counts the sources of a texture that is number `level` of a chain.
-fn count(textures: &[Texture], id: usize, level: u32, known: &mut [Lookups]) -> Result<Sources, Tangle> {
-    match known[id] {
-        Lookups::Known(sources) if level + sources.depth > MAX_DEPTH + 1 => return Err(Tangle::Depth),
-        Lookups::Known(sources) => return Ok(sources),
-        Lookups::Counting => return Err(Tangle::Circle),
-        Lookups::Unknown if level > MAX_DEPTH => return Err(Tangle::Depth),
-        Lookups::Unknown => known[id] = Lookups::Counting,
-    }
-    let mut all = Sources { lookups: 1, depth: 1 };
-    for source in textures[id].sources() {
-        let of_source = count(textures, source.0 as usize, level + 1, known)?;
-        all.lookups = all.lookups.saturating_add(of_source.lookups);
-        all.depth = all.depth.max(of_source.depth + 1);
-    }
-    known[id] = Lookups::Known(all);
-    Ok(all)
 }
 
 /// The textures of a scene file by name.

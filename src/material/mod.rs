@@ -334,3 +334,13 @@ kinds! {
     /// See [`MaterialKind::is_spatially_varying`].
     fn is_spatially_varying(&self) -> bool;
 }
+
+impl MaterialDesc {
+    /// The names of the materials that it mixes, if it is a mixture.
+    pub fn mixed(&self) -> Option<[&Spanned<String>; 2]> {
+        match self {
+            Self::Mix(mix) => Some([&mix.a, &mix.b]),
+            _ => None,
+        }
+    }
+}

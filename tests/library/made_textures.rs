@@ -1,4 +1,4 @@
-//! Textures of scene files: names, nesting and displacements.
+//! Textures and mixtures of scene files: names, nesting and displacements.
 
 use std::fmt::Write;
 
@@ -89,5 +89,36 @@ fn a_long_chain_of_textures_is_refused_and_a_short_one_is_not() {
                 "{message}"
             );
         }
+    }
+}
+
+/// A chain of so many materials, each the mixture of the next with itself, and a ball of the first.
+fn mixtures(count: usize) -> String {
+    let mut text = String::new();
+    for i in 1..count {
+        writeln!(text, "[material.m{i}]\nmix = {{ a = 'm{0}', b = 'm{0}' }}", i + 1).expect("a text");
+    }
+    text + &format!(
+        "[material.m{count}]\nmatte = {{ albedo = [0.7, 0.4, 0.2] }}\n[[object]]\nmaterial = 'm1'\nshape.sphere = {{ radius = 1 }}\n"
+    )
+}
+
+#[test]
+fn mixtures_of_mixtures_have_a_limit_and_cost_no_more_than_their_number() {
+    let picture = |count: usize| {
+        let job = open(std::path::Path::new("."), &mixtures(count))?;
+        let scene = job.compile().map_err(|e| e.to_string())?;
+        let film = job.render_frame(&mut job.scenes(scene), 0, &Control::default());
+        Ok(film.expect("a film").beauty().to_vec())
+    };
+    let plain = picture(1).expect("a picture");
+    assert!(plain.iter().any(|pixel| pixel[0] != pixel[2]));
+    assert_eq!(picture(64), Ok(plain));
+    for count in [65, 20_000] {
+        let message: String = picture(count).expect_err("a fault");
+        assert!(
+            message.contains("more than 64 materials, each made of the next"),
+            "{message}"
+        );
     }
 }
