@@ -303,8 +303,9 @@ pub struct LightEntry {
 /// with the same random numbers: as it is, `W`, and with lights and catchers alone, `O`. With `m`, the least of 1 and of the channels of
 /// `W / O`, its alpha is `1 - m` and its light `W - m O`, so that the plate is scaled by `W / O` where that is gray: shadows, also those of
 /// environments and of light from other surfaces. Coloured light, reflections and what is brighter than before is added as it would look on
-/// the catcher itself, so give it the material, and the scene the exposure, of the plate. A background that the camera sees, unless it is black, is the plate: it shows
-/// through the catcher, with the shadows on it. Where objects change nothing, its pixels are exactly 0. An emitting
+/// the catcher itself, so give it the material, and the scene the exposure, of the plate. Over a darker plate, or none, the light that is left of a shadow between
+/// lights of different colours glows: one alpha cannot tint. A background that the camera sees, unless it is black, is the plate, and is known: it shows
+/// through the catcher, each channel times its own ratio, and darker where the plate is. Where objects change nothing, its pixels are exactly 0. An emitting
 /// object counts as one of the objects, unless it is a catcher, too; lights are those of the plate. Mirrors and surfaces that light
 /// bounces from meet a catcher as any object. Passes of light components and light groups leave it out; data and mattes have it.
 ///

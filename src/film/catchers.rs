@@ -9,10 +9,15 @@
 //! A = alpha - c m        RGB = L - m O
 //! ```
 //!
-//! A background that the camera sees, unless it is black, is the plate, of the mean `B` over the same samples: `m B` is added, and `A = alpha`.
+//! A background that the camera sees, unless it is black, is the plate, of the mean `B` over the same samples. It is known, so each of its
+//! channels has a ratio of its own, and what the catcher reflects beyond `O` is as bright on it as the plate is beside the catcher:
 //!
-//! Over a plate `P` this is `P c W / O` where the ratio is gray, and `W` for any ratio where the plate is the catcher itself,
-//! `P c = O`. Both radiances are of the same random numbers: where no object changes the light of a catcher, they have the same
+//! ```text
+//! A = alpha              RGB = L - W + min(1, W / O) B + min(1, B / O) max(0, W - O)
+//! ```
+//!
+//! Over an unknown plate `P` this is `P c W / O` where the ratio is gray, and `W` for any ratio where the plate is the catcher itself,
+//! `P c = O`. Darker plates show the light that is left of a coloured shadow as that of the catcher. Both radiances are of the same random numbers: where no object changes the light of a catcher, they have the same
 //! bits, and its alpha and its light are exactly 0.
 
 use super::{
@@ -95,9 +100,25 @@ impl TileCatchers {
 
 /// The pixel with this `beauty` and these means of both radiances of its catchers, and of the background behind.
 fn uncover(beauty: [f32; 4], [with, without, behind]: [[f32; 4]; 3]) -> [f32; 4] {
+    if behind[3] != 0.0 {
+        return on_plate(beauty, [with, without, behind]);
+    }
     let ratios = (0..3).filter(|&c| without[c] > 0.0).map(|c| with[c] / without[c]);
     let kept = ratios.fold(1.0, f32::min).max(0.0);
     let mut pixel: [f32; 4] = std::array::from_fn(|c| beauty[c] + kept * (behind[c] - without[c]));
+    pixel[3] = pixel[3].clamp(0.0, 1.0);
+    pixel
+}
+
+/// The pixel before a background that is seen.
+fn on_plate(beauty: [f32; 4], [with, without, behind]: [[f32; 4]; 3]) -> [f32; 4] {
+    // Where the catcher has no light of its own, its ratio is 1, and what it reflects is added.
+    let ratio = |a: f32, b: f32| if b > 0.0 { (a / b).clamp(0.0, 1.0) } else { 1.0 };
+    let mut pixel = beauty;
+    for c in 0..3 {
+        let (w, o, b) = (with[c], without[c], behind[c]);
+        pixel[c] = beauty[c] - w + (ratio(w, o) * b + ratio(b, o) * (w - o).max(0.0));
+    }
     pixel[3] = pixel[3].clamp(0.0, 1.0);
     pixel
 }
@@ -158,7 +179,13 @@ mod tests {
     #[test]
     fn a_background_that_is_seen_is_the_plate() {
         let plate = Rgb::new(0.2, 0.4, 0.8);
-        for with in [Rgb::gray(0.3), Rgb::new(0.3, 0.1, 0.7), Rgb::gray(0.6)] {
+        for (with, shown) in [
+            (Rgb::gray(0.3), plate * 0.5),
+            (Rgb::gray(0.6), plate),
+            (Rgb::new(0.3, 0.0, 0.6), Rgb::new(0.1, 0.0, 0.8)),
+            // More light than without objects: a plate as bright as the catcher or brighter shows all of it.
+            (Rgb::gray(0.9), plate + Rgb::new(0.1, 0.2, 0.3)),
+        ] {
             let without = Some(Rgb::gray(0.6));
             let (mut beauty, mut catchers) = (PixelSum::default(), TileCatchers::new(1, 0));
             for (l, without, behind) in [(with, without, Some(plate)), (Rgb::WHITE, None, None)] {
@@ -167,10 +194,7 @@ mod tests {
                 catchers.add(0, 0, &SampleRecord { behind, ..sample });
             }
             let [r, g, b, a] = catchers.pixel(0, beauty.resolve());
-            assert_near(
-                [r, g, b],
-                over(plate.to_array(), &[(with, without), (Rgb::WHITE, None)]),
-            );
+            assert_near([r, g, b], (shown * 0.5 + Rgb::gray(0.5)).to_array());
             assert_eq!(a, 1.0);
         }
     }

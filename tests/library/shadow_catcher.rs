@@ -301,23 +301,52 @@ fn a_catcher_shows_the_same_bits_in_crops_and_with_adaptive_samples() {
 
 #[test]
 fn a_background_that_the_camera_sees_is_the_plate() {
+    const PLATE: [f32; 3] = [0.2, 0.5, 0.3];
     for light in [CONSTANT, SKY] {
         let set = Set {
-            role: CATCHER,
             light,
             render: "samples = 4",
             ..SET
         };
-        let hidden = shoot(&set);
-        let light = format!("{}\nbackdrop = [0.2, 0.5, 0.3]", light.replace("visible = false", ""));
-        let shown = shoot(&Set { light: &light, ..set });
-        let expected = over(&hidden, |_| [0.2, 0.5, 0.3, 1.0]);
-        for (pixel, expected) in shown.beauty().iter().zip(expected) {
-            assert_eq!(pixel[3], 1.0);
-            assert!(
-                (0..3).all(|c| (pixel[c] - expected[c]).abs() < 1e-5),
-                "{pixel:?} {expected:?}"
-            );
+        let [with, without] = [set.ball, GONE].map(|ball| rgb(&shoot(&Set { ball, ..set })));
+        let light = format!("{}\nbackdrop = {PLATE:?}", light.replace("visible = false", ""));
+        let shown = shoot(&Set {
+            role: CATCHER,
+            light: &light,
+            ..set
+        });
+        assert!(shown.beauty().iter().all(|pixel| pixel[3] == 1.0));
+        for i in floor_pixels(&set) {
+            for (c, plate) in PLATE.into_iter().enumerate() {
+                let (w, o) = (with[i][c], without[i][c]);
+                let expected = plate * (w / o).min(1.0) + (w - o).max(0.0) * (plate / o).min(1.0);
+                let found = shown.beauty()[i][c];
+                assert!((found - expected).abs() < 1e-5, "{i}: {found} {expected}");
+                // What nothing changes has the bits of the background.
+                assert!(w != o || found == plate, "{i}: {found}");
+            }
+        }
+    }
+}
+
+#[test]
+fn shadows_of_coloured_lights_are_nowhere_brighter_than_the_plate() {
+    let lamp = |x: f32, color: &str| format!("[[light]]\npoint = {{ position = [{x}, 3, 1], intensity = {color} }}\n");
+    let lights = lamp(-2.0, "[30, 0.3, 0.3]") + &lamp(2.0, "[0.1, 0.4, 40]");
+    for plate in [0.02, 0.9] {
+        let light = format!("{lights}[background]\nbackdrop = {plate}");
+        let shown = shoot(&Set {
+            render: "samples = 4\nintegrator.path = { max_depth = 2 }",
+            light: &light,
+            role: CATCHER,
+            ..SET
+        });
+        let floor = floor_pixels(&SET);
+        let of_floor = || floor.iter().map(|&i| shown.beauty()[i]);
+        assert!(of_floor().all(|p| p[..3].iter().all(|v| *v <= plate)));
+        for c in [0, 2] {
+            let shaded = of_floor().filter(|p| p[c] < 0.5 * plate && p[2 - c] > 0.99 * plate);
+            assert!(shaded.count() > 10, "{plate} {c}");
         }
     }
 }
