@@ -79,7 +79,7 @@ impl Reader<'_> {
                     for (key, value) in self.table(value, "transform").into_iter().flatten() {
                         match key.get_ref().as_ref() {
                             "translate" => edit.translation = self.coordinates(value),
-                            "scale" => edit.scale = self.coordinates(value),
+                            "scale" => edit.scale = self.scale(value),
                             "rotate" => edit.rotation = self.rotation(value),
                             _ => self.unknown(&key, &["translate", "rotate", "scale"]),
                         }
@@ -95,6 +95,17 @@ impl Reader<'_> {
     fn coordinates(&mut self, value: Value<'_>) -> NewNumbers {
         let numbers = self.numbers(value, AXES, FactorRange::Any);
         numbers.map(|number| number.map(|v| Coordinate::new(v).0))
+    }
+
+    /// The scale of a node, which must not flatten what is below it.
+    fn scale(&mut self, value: Value<'_>) -> NewNumbers {
+        let span = value.span();
+        let numbers = self.coordinates(value);
+        if numbers.contains(&Some(0.0)) {
+            let problem = Problem::at(span, "the scale of a node cannot be 0");
+            self.problems.push(problem.with_help("`visible = false` hides it"));
+        }
+        numbers
     }
 
     fn rotation(&mut self, value: Value<'_>) -> Option<NewRotation> {

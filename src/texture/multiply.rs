@@ -56,7 +56,8 @@ impl PatternKind for Multiply {
 
     fn max_value(&self, textures: &Textures<'_>) -> Rgb {
         let [a, b] = self.0.each_ref().map(|source| textures.max_numbers(source));
-        a * b
+        // Nothing times what has no bound.
+        (a * b).map(|most| if most.is_nan() { 0.0 } else { most })
     }
 
     fn steps(&self, _textures: &Textures<'_>) -> Vec2 {

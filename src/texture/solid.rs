@@ -5,14 +5,14 @@ use serde::Deserialize;
 use super::{TexturePoint, TextureSpace};
 use crate::{
     math::{DMat3, DVec3, Vec2, Vec3},
-    value::{Coordinate, Finite, List, OneOrEach, Point},
+    value::{Finite, List, OneOrEach, Point, SpaceScale},
 };
 
 /// The keys of a mapping in space.
 #[derive(Clone, Debug, Default, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct SolidDesc {
-    pub scale: Option<OneOrEach<Coordinate, 3>>,
+    pub scale: Option<OneOrEach<SpaceScale, 3>>,
     pub rotate: Option<List<Finite, 3>>,
     pub offset: Option<Point>,
 }

@@ -19,7 +19,7 @@ use serde::Deserialize;
 
 use crate::{
     math::{DAffine2, DMat2, DVec2, Vec2, float, origin, trig},
-    value::{Finite, List, OneOrEach},
+    value::{Finite, List, OneOrEach, Scale},
 };
 
 /// The transform of texture coordinates in a scene file.
@@ -28,14 +28,16 @@ use crate::{
 pub struct StTransformDesc {
     pub offset: Option<List<Finite, 2>>,
     pub rotate: Option<Finite>,
-    pub scale: Option<OneOrEach<Finite, 2>>,
+    pub scale: Option<OneOrEach<Scale, 2>>,
 }
 
 impl StTransformDesc {
     pub fn compile(&self) -> StTransform {
         let vector = |[s, t]: [Finite; 2]| Vec2::new(s.0, t.0);
         let offset = self.offset.map_or(Vec2::ZERO, |list| vector(list.0));
-        let scale = self.scale.map_or(Vec2::ONE, |each| vector(each.0));
+        let scale = self
+            .scale
+            .map_or(Vec2::ONE, |each| Vec2::from_array(each.0.map(f32::from)));
         StTransform::new(offset, self.rotate.map_or(0.0, |r| r.0), scale)
     }
 }

@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     math::{DMat3, DVec2, DVec3},
-    value::{Coordinate, Finite, List, OneOrEach, Point, UnitInterval},
+    value::{Finite, List, OneOrEach, Point, SpaceScale, UnitInterval},
 };
 
 /// The keys of a mapping from three sides.
@@ -17,7 +17,7 @@ use crate::{
 pub struct TriplanarDesc {
     #[serde(default)]
     pub space: SolidSpace,
-    pub scale: Option<OneOrEach<Coordinate, 3>>,
+    pub scale: Option<OneOrEach<SpaceScale, 3>>,
     pub rotate: Option<List<Finite, 3>>,
     pub offset: Option<Point>,
     pub blend: Option<UnitInterval>,

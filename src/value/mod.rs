@@ -24,8 +24,8 @@ pub use kinds::{kind_or_name, name};
 pub use list::List;
 pub use names::{UnknownName, one_of, unknown_name};
 pub use number::{
-    Coordinate, Count, Direction, Finite, NonNegative, OneOrEach, Point, Positive, Precise, PrecisePositive, Stops,
-    UnitInterval, number,
+    Coordinate, Count, Direction, Finite, NonNegative, OneOrEach, Point, Positive, Precise, PrecisePositive, Scale,
+    SpaceScale, Stops, UnitInterval, number,
 };
 pub use shown::{one_line, visible};
 pub use unique::unique_names;

@@ -106,6 +106,12 @@ number!(
     |_| true
 );
 number!(
+    /// A finite number other than 0.
+    Scale,
+    "a number other than 0",
+    |v| v != 0.0
+);
+number!(
     /// A finite number above 0: a radius, a height, a width.
     Positive,
     "a number above 0",
@@ -180,6 +186,25 @@ impl<'de> Deserialize<'de> for Coordinate {
     }
 }
 
+/// A scale of a coordinate: one that is not 0, also not in single precision.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct SpaceScale(pub f64);
+
+impl SpaceScale {
+    fn new<E: de::Error>(Coordinate(v): Coordinate) -> Result<Self, E> {
+        match v as f32 {
+            0.0 => Err(E::custom(format_args!("expected a number other than 0, found {v}"))),
+            _ => Ok(Self(v)),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for SpaceScale {
+    fn deserialize<D: Deserializer<'de>>(d: D) -> Result<Self, D::Error> {
+        Coordinate::deserialize(d).and_then(Self::new)
+    }
+}
+
 /// A point or an offset: three finite numbers, each a [`Coordinate`].
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Point(pub DVec3);
@@ -225,12 +250,24 @@ impl Component for NonNegative {
     const LIST: &'static str = "[r, g, b]";
 }
 
+impl Component for Scale {
+    const LIST: &'static str = "[s, t]";
+}
+
 impl Component for Coordinate {
     const LIST: &'static str = "[x, y, z]";
 
     /// Keeps its double precision also near 0.
     fn for_all<E: de::Error>(v: f64) -> Result<Self, E> {
-        Ok(Self(v))
+        finite::<E>(v).map(|_| Self(v))
+    }
+}
+
+impl Component for SpaceScale {
+    const LIST: &'static str = Coordinate::LIST;
+
+    fn for_all<E: de::Error>(v: f64) -> Result<Self, E> {
+        Coordinate::for_all(v).and_then(Self::new)
     }
 }
 
@@ -316,6 +353,28 @@ mod tests {
         assert_eq!(read::<PrecisePositive>("v = 1e-38"), Err("1e-38 is too small".into()));
         assert_eq!(read::<Finite>("v = 1e300"), Err("1e300 is too large".into()));
         assert_eq!(read::<Point>("v = [1, 2, 1e300]"), Err("1e300 is too large".into()));
+    }
+
+    #[test]
+    fn one_number_for_all_is_checked_as_each_of_a_list() {
+        for (number, flaw) in [
+            ("nan", "expected a finite number, found NaN"),
+            ("-inf", "expected a finite number, found -inf"),
+            ("1e300", "1e300 is too large"),
+        ] {
+            for text in [format!("v = {number}"), format!("v = [1, 1, {number}]")] {
+                assert_eq!(read::<OneOrEach<Coordinate, 3>>(&text), Err(flaw.into()), "{text}");
+                assert_eq!(read::<OneOrEach<SpaceScale, 3>>(&text), Err(flaw.into()), "{text}");
+            }
+        }
+        for text in ["v = 0", "v = [1, 0.0, 1]", "v = 1e-60"] {
+            let error = read::<OneOrEach<SpaceScale, 3>>(text).expect_err("no scale");
+            assert!(error.starts_with("expected a number other than 0"), "{error}");
+        }
+        for text in ["v = 0", "v = [1, -0.0]"] {
+            let error = read::<OneOrEach<Scale, 2>>(text).expect_err("no scale");
+            assert!(error.starts_with("expected a number other than 0"), "{error}");
+        }
     }
 
     #[test]

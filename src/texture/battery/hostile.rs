@@ -170,7 +170,10 @@ impl Random {
             .ok()?;
         let mut texture = Texture::new(mapping, pattern);
         if self.pick(&[true, false]) {
-            let transform = format!("scale = {}\nrotate = {}", self.finite(), self.finite());
+            let [scale, rotate] = [(); 2].map(|()| self.finite());
+            let is_zero = scale.parse::<f32>().is_ok_and(|scale| scale == 0.0);
+            let scale = if is_zero { "1e-45" } else { scale };
+            let transform = format!("scale = {scale}\nrotate = {rotate}");
             write!(text, " {transform}").expect("a text");
             texture.transform = toml::from_str::<StTransformDesc>(&transform).expect(&text).compile();
         }
