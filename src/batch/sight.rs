@@ -1,20 +1,28 @@
 //! Warnings of pictures that show next to nothing.
 
-use super::{Plan, plan::metering::surfaces};
+use super::{
+    Plan,
+    plan::{cameras::metered_resolution, metering::surfaces},
+};
 use crate::{
     camera::FrameCamera,
-    film::{Film, passes::Display},
-    light::Light,
-    math::{Rgb, parallel},
+    film::{Film, Window, passes::Display},
+    math::{Rgb, Vec3, parallel},
     output::{Coverage, PixelDisplay},
-    render::{Content, Control, Renderer},
+    render::{Content, Control, Renderer, Settings},
     scene::Scene,
+    value::one_line,
 };
 
 /// The brightness from which on a pixel is called clipped: more than white, which backgrounds are on purpose.
 const CLIPPED: f32 = 1.05;
 
-/// Why more than half of a picture is black, or of what is lit in it clipped, where it is. A dark background alone is not a fault.
+/// Points of a grid along each axis, to all of which but its middle a background is looked at.
+const STEPS: u32 = 5;
+const DIRECTIONS: u32 = STEPS.pow(3);
+
+/// Why more than half of a picture is black, or of what is lit in it clipped, where it is, or why it shows nothing but the background. A
+/// dark background alone is not a fault.
 pub(super) fn fault(
     (film, coverage): (&Film, Coverage),
     plan: &Plan,
@@ -38,18 +46,25 @@ pub(super) fn fault(
     };
     let pixels = film.beauty();
     let black = parallel::count(pixels, is_black);
-    let lit = pixels.len() - black;
-    let clipped = parallel::count(pixels, is_clipped);
+    let (mut lit, mut clipped) = (pixels.len() - black, parallel::count(pixels, is_clipped));
+    // A background that is seen is not lit by what clips: surfaces count alone.
+    if shows_background(scene) && clipped > 0 && 2 * clipped <= lit {
+        let is_surface = surfaces(scene, &first_hits(plan, scene, camera)?);
+        let shown = || pixels.iter().zip(&is_surface).filter(|(_, shown)| **shown);
+        lit = shown().filter(|(pixel, _)| !is_black(pixel)).count();
+        clipped = shown().filter(|(pixel, _)| is_clipped(pixel)).count();
+    }
     if 2 * clipped > lit {
         let exposure = match &plan.picture.metering_camera {
             None => "; `--exposure auto` shows it as bright as suits it",
             Some(_) => "",
         };
-        let (percent, brightest) = (100 * clipped / lit, brightest(scene));
+        let (percent, brightest) = (100 * clipped / lit, brightest(scene, plan.picture.own_lights));
         return Some(format!("{percent} % of what is lit is clipped: {brightest}{exposure}"));
     }
     if 2 * black <= pixels.len() {
-        return None;
+        let is_empty = shows_background(scene) && sees_nothing(plan, scene, camera);
+        return is_empty.then(|| "the camera sees nothing of the scene but its background".to_owned());
     }
     let is_all_black = black == pixels.len();
     let black = 100 * black / pixels.len();
@@ -83,31 +98,96 @@ fn first_hits(plan: &Plan, scene: &Scene, camera: &FrameCamera) -> Option<Film> 
     film.ok()
 }
 
+/// Whether the camera may see a background that is not black.
+fn shows_background(scene: &Scene) -> bool {
+    let background = &scene.shading.background;
+    let is_black = background
+        .backdrop
+        .map_or(background.radiance.is_black(), Rgb::is_black);
+    background.visible && !is_black
+}
+
+/// Whether a whole picture of a scene with objects shows none of them. A small picture tells it nearly always.
+fn sees_nothing(plan: &Plan, scene: &Scene, camera: &FrameCamera) -> bool {
+    let whole = plan.settings_of_objects(None);
+    if whole.window != Window::full(whole.resolution) || scene.geometry.objects.is_empty() {
+        return false;
+    }
+    let resolution = metered_resolution(whole.resolution);
+    let small = Settings {
+        resolution,
+        window: Window::full(resolution),
+        ..whole.clone()
+    };
+    let integrator = plan.picture.integrator.as_dyn();
+    let mut settings = [small, whole].into_iter();
+    settings.all(|settings| {
+        let film = Renderer::new().render(scene, camera, integrator, &settings, &Control::default());
+        film.is_ok_and(|film| film.beauty().iter().all(|hit| hit[3] <= 0.0))
+    })
+}
+
 fn is_dark(scene: &Scene) -> bool {
     let is_black = scene.shading.background.radiance.is_black();
     is_black && scene.lights.all().is_empty() && !scene.shading.materials.iter().any(|m| m.emission().is_some())
 }
 
-/// The light that is probably too bright.
-fn brightest(scene: &Scene) -> String {
-    let strengths = scene.lights.all().iter().map(Light::strength);
-    let brightest = strengths.max_by(|a, b| a.0.max_component().total_cmp(&b.0.max_component()));
-    match brightest {
-        Some((strength, unit)) if strength.max_component() > 10.0 => format!(
-            "its brightest light has {} {unit}, and lights in candela or lux are to be divided by 683 (`light_units`, \
-             --light-units)",
-            shown(strength)
-        ),
-        Some((strength, unit)) => format!("its brightest light has {} {unit}", shown(strength)),
-        None => "what emits is brighter than white".to_owned(),
-    }
+/// What is probably too bright: a light, a material that emits or the background. Lights of models are those between the numbers of
+/// `own_lights`.
+fn brightest(scene: &Scene, [first, last]: [usize; 2]) -> String {
+    let all = scene.lights.all();
+    let of_model = first..all.len().saturating_sub(last);
+    let lights = all.iter().enumerate().map(|(at, light)| {
+        let (strength, unit) = light.strength();
+        let strength = strength.max_component();
+        let advice = match of_model.contains(&at) && strength > 10.0 {
+            true => ", and lights of models in candela or lux are to be divided by 683 (`light_units`, --light-units)",
+            false => "",
+        };
+        (
+            strength,
+            format!("its brightest light has {} {unit}{advice}", shown(strength)),
+        )
+    });
+    let textures = scene.textures();
+    let names = &scene.shading.material_names;
+    let emitters = scene
+        .shading
+        .materials
+        .iter()
+        .zip(names)
+        .filter_map(|(material, name)| {
+            let emission = material.emission()?;
+            let radiance = textures.max_value(&emission.radiance) * emission.scale;
+            let name = one_line(name, 40);
+            Some((
+                radiance,
+                format!("the material `{name}` emits {} W m^-2 sr^-1", shown(radiance)),
+            ))
+        });
+    let background = background_radiance(scene);
+    let background = (
+        background,
+        format!("the background has {} W m^-2 sr^-1 on average", shown(background)),
+    );
+    let all = lights.chain(emitters).chain([background]);
+    let brightest = all.max_by(|a, b| a.0.total_cmp(&b.0));
+    brightest.map(|(_, text)| text).unwrap_or_default()
 }
 
-fn shown(strength: Rgb) -> String {
-    let v = strength.max_component();
-    if v >= 100.0 {
-        format!("{v:.0}")
-    } else {
-        format!("{v:.3}")
+/// The mean radiance of the background, in W m^-2 sr^-1, of its brightest channel.
+fn background_radiance(scene: &Scene) -> f32 {
+    let middle = DIRECTIONS / 2;
+    let place = |i: u32| [i, i / STEPS, i / STEPS.pow(2)].map(|i| (i % STEPS) as f32 - 2.0);
+    let directions = (0..DIRECTIONS).filter(|i| *i != middle);
+    let radiances = directions.map(|i| scene.background_radiance(Vec3::from_array(place(i)).normalize()));
+    (radiances.fold(Rgb::BLACK, |a, b| a + b) / (DIRECTIONS - 1) as f32).max_component()
+}
+
+fn shown(strength: f32) -> String {
+    match strength {
+        1e6.. => format!("{strength:.2e}"),
+        100.0.. => format!("{strength:.0}"),
+        _ => format!("{strength:.3}"),
     }
 }

@@ -4,7 +4,7 @@ use crate::common::{Folder, stderr};
 use std::f32::consts::PI;
 
 /// A triangle in the xy plane, white but for a fifth, under a light that shines along -z from 2 m above the origin.
-fn model(generator: &str, light: &str) -> String {
+pub fn model(generator: &str, light: &str) -> String {
     let triangle = "AAAAAAAAAAAAAAAAAACAPwAAAAAAAAAAAAAAAAAAgD8AAAAA";
     format!(
         r#"{{"asset": {{"version": "2.0", "generator": "{generator}"}},

@@ -43,7 +43,7 @@ fn a_picture_that_is_mostly_clipped_or_black_is_warned_of_once_with_the_reason()
         said.contains("frame 1: 100 % of what is lit is clipped: its brightest light has 1366 W m^-2"),
         "{said}"
     );
-    assert!(said.contains("683") && said.contains("`--exposure auto`"), "{said}");
+    assert!(!said.contains("683") && said.contains("`--exposure auto`"), "{said}");
     // As much where most of the picture is a dark sky.
     let small = away.replace("irradiance = 2", "irradiance = 1366");
     let said = log(&folder, &small, &[]);
@@ -61,6 +61,81 @@ fn a_picture_that_is_mostly_clipped_or_black_is_warned_of_once_with_the_reason()
     assert!(said.contains("the camera sees nothing of the scene"), "{said}");
     let said = log(&folder, &scene(&sun(2.0).replace("-1]", "1]"), ""), &[]);
     assert!(said.contains("no light reaches what the camera sees"), "{said}");
+}
+
+#[test]
+fn a_clipped_picture_names_what_is_brightest_and_photometric_lights_only_of_models() {
+    let folder = Folder::new();
+    let lamp = "[material.lamp]\nemitter = { radiance = 7e29 }\n[[object]]\nmaterial = 'lamp'\nshape.sphere = { center = [0, 0, 3], radius = 0.2 }";
+    for (light, rest, reason) in [
+        (
+            sun(1.0),
+            lamp,
+            "clipped: the material `lamp` emits 7.00e29 W m^-2 sr^-1",
+        ),
+        (
+            sun(1.0),
+            "[background]\ncolor = [1, 90, 3]",
+            "clipped: the background has 90.000 W m^-2 sr^-1 on average",
+        ),
+        (
+            sun(2.0).replace("= 2", "= 3e38"),
+            "[background]\ncolor = 90",
+            "clipped: its brightest light has 3.00e38 W m^-2",
+        ),
+    ] {
+        let said = log(&folder, &scene(&light, rest), &[]);
+        assert!(said.contains(reason) && !said.contains("683"), "{said}");
+    }
+    let point = r#"{"type": "point", "intensity": 5000}"#;
+    folder.write("m.gltf", &crate::model_lights::model("a camera", point));
+    let shot = [
+        "m.gltf",
+        "--progress",
+        "none",
+        "--resolution",
+        "16x16",
+        "--samples",
+        "1",
+        "-o",
+        "m.png",
+    ];
+    let said = stderr(&folder.run(&shot));
+    assert!(said.contains("in candela or lux are to be divided by 683"), "{said}");
+}
+
+#[test]
+fn a_model_that_burns_out_or_is_not_seen_before_its_backdrop_is_warned_of() {
+    let folder = Folder::new();
+    folder.write("cube.obj", crate::stage::CUBE);
+    let shot = |flags: &[&str]| {
+        let small = [
+            "cube.obj",
+            "--progress",
+            "none",
+            "--resolution",
+            "32x24",
+            "--samples",
+            "4",
+            "-o",
+            "m.png",
+        ];
+        stderr(&folder.run(&[&small, flags].concat()))
+    };
+    assert_eq!(shot(&[]), "");
+    let said = shot(&["--sun", "30,45,1e6"]);
+    assert!(
+        said.contains("% of what is lit is clipped: its brightest light has 1.00e6 W m^-2"),
+        "{said}"
+    );
+    let away = ["--set", "camera.perspective.target=[0,0,99]"];
+    let said = shot(&away);
+    assert!(
+        said.contains("the camera sees nothing of the scene but its background"),
+        "{said}"
+    );
+    // A part of a picture may well be empty.
+    assert_eq!(shot(&[&away[..], &["--crop", "0,0,9,9"]].concat()), "");
 }
 
 #[test]

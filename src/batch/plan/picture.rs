@@ -45,6 +45,8 @@ pub struct PicturePlan {
     /// The settings of every frame, but for its number.
     pub settings: render::Settings,
     pub seed_mode: SeedMode,
+    /// The numbers of lights of the scene file itself: of those before and of those after the lights of models.
+    pub own_lights: [usize; 2],
     /// The primaries of the light.
     pub working_space: WorkingSpace,
     /// Whether denoisers read the files.
@@ -112,6 +114,7 @@ impl PicturePlan {
                 ..settings
             },
             seed_mode: desc.render.seed_mode,
+            own_lights: [desc.lights.len(), usize::from(desc.background.sky.is_some())],
             working_space: desc.render.working_space,
             serves_denoisers: choice.serves_denoisers && !choice.is_all,
             // The first plane is what the integrator computes.
