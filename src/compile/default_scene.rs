@@ -34,7 +34,7 @@ use crate::{
     math::{DAabb, DAffine3, origin},
     shape::mesh::{AnimationChoice, Playback},
     value::Problem,
-    warnings::WarningKind,
+    warnings::{WarningKind, Warnings},
 };
 
 /// The number of steps of a run, and of a table, at whose ends the bounds are computed.
@@ -45,6 +45,8 @@ const RUN_SAMPLES: u32 = 64;
 const SKY: &str = "[background]\ngradient = { up = 0.55, side = 0.3, down = 0.15 }\nbackdrop = 0.06\n";
 /// The background of a file with lights, which gets no others.
 const NO_SKY: &str = "[background]\ncolor = 0\n";
+/// The same for a model on a ground, whose shadows need something to be seen on.
+const BACKDROP: &str = "[background]\ncolor = 0\nbackdrop = 0.06\n";
 /// A large sun over the left shoulder of the default camera, which adds up to 0.5 to a white surface and casts soft shadows. What smooth
 /// metal mirrors of a smaller one speckles the ground.
 const SUN: &str = "[[light]]\nsun = { direction = [0.35, -1, -0.75], irradiance = 1.9, angle = 20 }\n";
@@ -128,7 +130,11 @@ impl SuppliedScene<'_> {
             .stage()
             .any(|(stage, _)| stage == Stage::Environment);
         if !has_map && !self.replaces_background() {
-            text += if self.is_lit { NO_SKY } else { SKY };
+            text += match (self.is_lit, self.options.ground) {
+                (false, _) => SKY,
+                (true, false) => NO_SKY,
+                (true, true) => BACKDROP,
+            };
         }
         if !has_map && !self.is_lit {
             text += SUN;
@@ -163,7 +169,7 @@ impl SuppliedScene<'_> {
             text += &format!("[object.transform]\n{}", place.toml());
         }
         if self.options.ground && self.bounds.is_finite() {
-            text += &ground(&self.bounds);
+            text += &ground(&self.bounds, self.path);
         }
         text
     }
@@ -179,13 +185,29 @@ impl SuppliedScene<'_> {
 
     /// Whether overrides or a table give the light of the background.
     fn replaces_background(&self) -> bool {
-        let gives = |table: &str, kind: &str| table == "background" && BackgroundDesc::NAMES.contains(&kind);
-        let columns = self.options.tables.iter().flat_map(|file| &file.table.columns);
-        let mut paths = self.options.overrides.paths();
-        paths.any(|(_, path)| path.len() > 1 && gives(&path[0], &path[1]))
-            || columns
-                .filter_map(|column| column.name.split_once('.'))
-                .any(|(table, path)| gives(table, path.split('.').next().unwrap_or(path)))
+        // A number of the supplied sky changes that one.
+        let own = |path: &[&str]| !self.is_lit && path.len() > 2 && path[1] == "gradient";
+        let gives = |path: &[&str]| match path {
+            ["background", kind, ..] => BackgroundDesc::NAMES.contains(kind) && !own(path),
+            _ => false,
+        };
+        let steps = |path: &[String]| gives(&path.iter().map(String::as_str).collect::<Vec<_>>());
+        let mut columns = self.options.tables.iter().flat_map(|file| &file.table.columns);
+        self.options.overrides.paths().any(|(_, path)| steps(path))
+            || columns.any(|column| gives(&column.name.split('.').collect::<Vec<_>>()))
+    }
+
+    /// Warns of textures that overrides make and no other value names.
+    fn warn_of_textures(&self, warnings: &Warnings) {
+        let values = self.options.overrides.of_scene();
+        for (origin, path) in self.options.overrides.paths() {
+            let [table, name, ..] = path else { continue };
+            if table == "texture" && self.options.tables.is_empty() && !values.contains(&format!("\"texture.{name}\""))
+            {
+                let text = format!("{origin} has no effect: nothing is made of the texture `{name}`");
+                warnings.add(WarningKind::UNUSED_SETTING, origin, text);
+            }
+        }
     }
 
     fn desc(&self, camera: &SuppliedCamera) -> Result<SceneDesc, Error> {
@@ -200,13 +222,20 @@ fn own_camera(camera: &ModelCamera, place: Option<ModelPlace>, center: DVec3) ->
     camera::own(placed.as_ref().unwrap_or(camera), center)
 }
 
+/// The name of the ground of the model at `path`, which is not that of the model.
+fn ground_name(path: &Path) -> &'static str {
+    let is_ground = path.file_stem().is_some_and(|stem| stem == "ground");
+    if is_ground { "ground 2" } else { "ground" }
+}
+
 /// The ground below a model with these bounds: a shadow catcher, which hides nothing of the background and has no rim.
-fn ground(bounds: &DAabb) -> String {
+fn ground(bounds: &DAabb, path: &Path) -> String {
+    let name = ground_name(path);
     let center = bounds.center();
     let point = [center.x, bounds.min.y, center.z];
     format!(
         "[material.ground]\nmatte = {{ albedo = 0.2 }}\n\
-         [[object]]\nname = \"ground\"\nmaterial = \"ground\"\nshadow_catcher = true\n\
+         [[object]]\nname = \"{name}\"\nmaterial = \"ground\"\nshadow_catcher = true\n\
          shape.plane = {{ point = {point:?}, normal = [0, 1, 0] }}\n"
     )
 }
@@ -363,6 +392,7 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
     };
     let camera = own.unwrap_or_else(|| camera::framing(&bounds, aspect, lens.focal_length));
     (supplied.bounds, supplied.place) = (bounds, place);
+    supplied.warn_of_textures(store.warnings());
     Ok((supplied.desc(&camera)?, run))
 }
 

@@ -102,7 +102,9 @@ impl KnownNames {
     /// the value.
     pub fn resolve<'p>(&self, path: &'p [String], span: &Span) -> Result<Vec<Cow<'p, str>>, Problem> {
         let numbered = match path.first() {
-            Some(key) if self.kind == FileKind::Model && OF_MODEL.contains(&key.as_str()) => {
+            Some(key)
+                if self.kind == FileKind::Model && OF_MODEL.contains(&key.as_str()) && !self.is_supplied(path) =>
+            {
                 let object = ["object", "0"].map(Cow::Borrowed).into_iter();
                 Ok(object
                     .chain(path.iter().map(|step| Cow::Borrowed(step.as_str())))
@@ -111,6 +113,13 @@ impl KnownNames {
             _ => self.numbered(path, span),
         };
         numbered.map(parts::joined)
+    }
+
+    /// Whether the path begins with a material of the scene that a model by itself stands for, which goes before one of the model.
+    fn is_supplied(&self, path: &[String]) -> bool {
+        let named = NAMED.iter().zip(&self.named);
+        let mut own = named.filter(|(what, _)| path.first().is_some_and(|key| key == **what));
+        own.any(|(_, names)| names.find(&path[1..]).is_some())
     }
 
     fn numbered<'p>(&self, path: &'p [String], span: &Span) -> Result<Vec<Cow<'p, str>>, Problem> {

@@ -8,7 +8,7 @@ const CAMERA: &str = "[camera]\nperspective = { eye = [0, 1, 6], target = [0, 0,
 const BALL: &str = "[material.m]\nmatte = { albedo = 0.7 }\n[[object]]\nname = \"ball\"\nmaterial = \"m\"\n\
                     shape.sphere = { center = [0, 0, 0], radius = 1 }\n";
 /// A white cube of 2 m around the origin.
-const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
+pub const CUBE: &str = "v -1 -1 -1\nv 1 -1 -1\nv 1 1 -1\nv -1 1 -1\nv -1 -1 1\nv 1 -1 1\nv 1 1 1\nv -1 1 1\n\
                     f 1 4 3 2\nf 5 6 7 8\nf 1 2 6 5\nf 3 4 8 7\nf 2 3 7 6\nf 1 5 8 4\n";
 
 /// The pixels of a scene with these flags.
@@ -347,4 +347,58 @@ fn all_sides_of_a_white_cube_differ_from_each_other_and_from_the_backdrop() {
         }
         assert!(*a < 1.0, "{shades:?}");
     }
+}
+
+#[test]
+fn the_ground_is_beside_a_model_of_any_name_and_of_any_material() {
+    let folder = Folder::new();
+    folder.write("cube.obj", CUBE);
+    folder.write("ground.obj", CUBE);
+    let shot = |model: &str, flags: &[&str]| {
+        let small = [
+            model,
+            "-o",
+            "p.exr",
+            "--resolution",
+            "24x24",
+            "--samples",
+            "8",
+            "--ground",
+        ];
+        folder.succeed(&[&small, flags].concat());
+        pixels(&folder.path("p.exr")).1
+    };
+    let plain = shot("cube.obj", &[]);
+    assert!(shot("ground.obj", &[]) == plain);
+    let surface = ["--set", "object.ground.shadow_catcher=false"];
+    let bright = |material: &str| {
+        let found = shot("cube.obj", &[&surface[..], &["--set", material]].concat());
+        found[SIDE * SIDE - 1][0]
+    };
+    let half = bright("material.ground.matte.albedo=0.4");
+    let ratio = half / bright("material.ground.matte.albedo=0.2");
+    assert!((ratio - 2.0).abs() < 0.05, "{ratio}");
+    let second = ["--set", "object.ground 2.shadow_catcher=false"];
+    let found = shot("ground.obj", &second);
+    assert!(found == shot("cube.obj", &surface));
+    // A glossy floor mirrors the cube.
+    let glossy = shot(
+        "cube.obj",
+        &["--set", "material.ground={metal = {color = 0.9, roughness = 0.1}}"],
+    );
+    assert!(glossy != plain);
+}
+
+#[test]
+fn a_number_of_the_supplied_sky_is_changed_by_itself_and_a_texture_without_use_is_told() {
+    let bright = |flags: &[&str]| -> f32 { cube(flags).iter().map(|pixel| pixel[0]).sum() };
+    assert!(bright(&["--set", "background.gradient.up=5"]) > 1.5 * bright(&[]));
+    assert!(cube(&["--set", "background.gradient.up=0.55"]) == cube(&[]));
+    let folder = Folder::new();
+    folder.write("cube.obj", CUBE);
+    let job = ["cube.obj", "-o", "p.png", "--resolution", "8x8", "--samples", "1"];
+    let told = folder.run(&[&job[..], &["--set", "texture.a.noise.scale=3"]].concat());
+    let told = crate::common::stderr(&told);
+    let expected = "--set texture.a.noise.scale has no effect: nothing is made of the texture `a`";
+    assert!(told.contains(expected), "{told}");
 }
