@@ -210,7 +210,8 @@ impl Error {
             | Self::OverwritesInput { .. }
             | Self::WithinOutput { .. }
             | Self::WrittenTwice { .. } => Blame::Usage,
-            Self::Scene(describe::Error::Read { cause, .. }) | Self::CellFile { cause, .. } => input(cause),
+            Self::Scene(describe::Error::Read { cause, .. } | describe::Error::ReadRandom { cause, .. })
+            | Self::CellFile { cause, .. } => input(cause),
             Self::Compile(compile::Error::Assets(errors)) => {
                 if errors.iter().any(AssetError::is_missing) {
                     Blame::MissingInput

@@ -42,6 +42,7 @@ def render(
     turntable: Optional[int] = None,
     frames: Union[str, "os.PathLike[str]", None] = None,
     values: Union[str, "os.PathLike[str]", None] = None,
+    random: Union[str, "os.PathLike[str]", None] = None,
     aovs: Iterable[str] = (),
     resolution: Optional[Tuple[int, int]] = None,
     samples: Optional[int] = None,
@@ -57,6 +58,7 @@ def render(
     :param turntable: the frames of a turn around the scene
     :param frames: a camera path, a CSV file
     :param values: values of the scene over frames, a CSV file
+    :param random: values that are drawn for each frame, a TOML file; ``metadata["batch-render/values"]`` is what was drawn, as JSON
     :param aovs: passes beside the picture, such as ``["depth", "N", "objectId"]``
     :param resolution: width and height in pixels
     :param samples: samples of a pixel
@@ -73,7 +75,7 @@ def render(
     for name, value in [("turntable", turntable), ("samples", samples), ("seed", seed), ("threads", threads)]:
         if value is not None:
             flags += [f"--{name}", str(int(value))]
-    for name, path in [("frames", frames), ("values", values)]:
+    for name, path in [("frames", frames), ("values", values), ("random", random)]:
         if path is not None:
             flags += [f"--{name}", os.path.abspath(path)]
     if resolution is not None:

@@ -3,6 +3,7 @@
 use super::Scenes;
 use crate::{
     camera::FrameCamera,
+    describe::FrameTime,
     error::Error,
     render::{FrameScenes, RenderError, SceneTime},
     scene::Scene,
@@ -28,14 +29,17 @@ impl From<RenderError> for Failed {
 }
 
 /// A time of a frame, in frames.
-pub fn time_in_frames(number: i32, camera: &FrameCamera, time: SceneTime) -> f64 {
+pub fn time_in_frames(number: i32, camera: &FrameCamera, time: SceneTime) -> FrameTime {
     let [before, after] = camera.openings_around();
-    let from_own = match time {
-        SceneTime::Shutter(u) => camera.shutter_time(u),
-        SceneTime::Before => before,
-        SceneTime::After => after,
+    let (from_own, away) = match time {
+        SceneTime::Shutter(u) => (camera.shutter_time(u), 0),
+        SceneTime::Before => (before, -1),
+        SceneTime::After => (after, 1),
     };
-    f64::from(number) + from_own
+    FrameTime {
+        time: f64::from(number) + from_own,
+        frame: i64::from(number) + away,
+    }
 }
 
 impl FrameScenes for ScenesOfFrame<'_, '_> {

@@ -31,7 +31,7 @@ use crate::{
         self, LoadOptions, SceneMotion,
         default_scene::{self, ModelOptions, ModelRun},
     },
-    describe::{self, MovingDesc, SceneDesc, ValueFile, Values},
+    describe::{self, MovingDesc, SceneDesc, ValueSource, Values},
     error::Error,
     film::Film,
     output::png::data::MOST_IDS,
@@ -57,7 +57,7 @@ impl Job {
     pub fn open(path: &Path, request: &Request) -> Result<Self, Error> {
         let store = store(request);
         if is_model(path) {
-            let tables = tables(None, request, store.files())?;
+            let tables = tables(Err(path), request, store.files())?;
             let options = ModelOptions {
                 overrides: &request.overrides,
                 tables: &tables,
@@ -126,8 +126,7 @@ impl Job {
     }
 
     fn of_scene(store: Store, desc: SceneDesc, request: &Request) -> Result<Self, Error> {
-        let of_scene = desc.values.as_ref().map(|file| desc.folder().join(file.get_ref()));
-        let tables = tables(of_scene, request, store.files())?;
+        let tables = tables(Ok(&desc), request, store.files())?;
         Self::planned(store, desc, request, (&tables, None))
     }
 
@@ -136,7 +135,7 @@ impl Job {
         store: Store,
         desc: SceneDesc,
         request: &Request,
-        (tables, run): (&[ValueFile], Option<ModelRun>),
+        (tables, run): (&[ValueSource], Option<ModelRun>),
     ) -> Result<Self, Error> {
         let desc = sized(desc, request, store.files())?;
         let moves = run.as_ref().is_some_and(ModelRun::moves_camera);
@@ -260,11 +259,13 @@ impl Job {
         };
         let reader = MovingDesc::new(&self.desc, values);
         let mut desc = self.desc.clone();
-        for (entity, column, frame) in words {
+        for word in words {
+            let mut own = values.at(word.time);
+            own[word.column] = word.text;
             // Values that do not fit together fail at their frame.
-            if reader.put(&mut desc, &values.at(frame), entity) {
-                compile::check_names(&desc, entity, &self.store)
-                    .map_err(|message| Error::Invalid(reader.problem(column, frame, message)))?;
+            if reader.put(&mut desc, &own, word.entity) {
+                compile::check_names(&desc, word.entity, &self.store)
+                    .map_err(|message| Error::Invalid(reader.word_problem(word.column, word.time, message)))?;
             }
         }
         Ok(())
@@ -463,12 +464,12 @@ impl Job {
 }
 
 /// Whether overrides or tables move the object of a model by itself.
-fn moves_model(request: &Request, tables: &[ValueFile]) -> bool {
+fn moves_model(request: &Request, tables: &[ValueSource]) -> bool {
     let is_place = |keys: &[&str]| matches!(keys, ["object", _, "transform", ..]);
     let mut paths = request.overrides.paths();
-    let mut columns = tables.iter().flat_map(|file| &file.table.columns);
+    let mut names = tables.iter().flat_map(ValueSource::names);
     paths.any(|(_, path)| is_place(&path.iter().map(String::as_str).collect::<Vec<_>>()))
-        || columns.any(|column| is_place(&column.name.split('.').collect::<Vec<_>>()))
+        || names.any(|name| is_place(&name.split('.').collect::<Vec<_>>()))
 }
 
 fn store(request: &Request) -> Store {

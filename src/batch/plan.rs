@@ -28,7 +28,10 @@ use std::{ops::RangeInclusive, path::PathBuf, sync::Arc};
 
 use super::{
     Policy, Request,
-    products::metadata::{self, Sidecar},
+    products::{
+        draws,
+        metadata::{self, Sidecar},
+    },
 };
 use crate::{
     assets::Files,
@@ -37,7 +40,7 @@ use crate::{
         self,
         default_scene::{ModelRun, normalise::ModelPlace},
     },
-    describe::{SceneDesc, ValueFile, Values},
+    describe::{FrameTime, SceneDesc, ValueSource, Values},
     error::Error,
     film::Film,
     math::{DAabb, DVec3},
@@ -131,8 +134,7 @@ impl Plan {
     /// Decides what `request` means for the scene `desc`, which has its overrides, and reads the camera path by way of `inputs`.
     pub fn new(desc: &SceneDesc, request: &Request, inputs: &Files) -> Result<Self, Error> {
         let desc = &path_size::sized(desc.clone(), request, inputs)?;
-        let of_scene = desc.values.as_ref().map(|file| desc.folder().join(file.get_ref()));
-        let tables = values::tables(of_scene, request, inputs)?;
+        let tables = values::tables(Ok(desc), request, inputs)?;
         Self::of_loaded(desc, request, inputs, (&tables, None, None))
     }
 
@@ -141,9 +143,10 @@ impl Plan {
         desc: &SceneDesc,
         request: &Request,
         inputs: &Files,
-        (tables, run, bounds): (&[ValueFile], Option<Arc<ModelRun>>, Option<DAabb>),
+        (tables, run, bounds): (&[ValueSource], Option<Arc<ModelRun>>, Option<DAabb>),
     ) -> Result<Self, Error> {
         two_eyes::check(request)?;
+        let request = &*values::independent(request, tables);
         let patterns = Patterns::new(desc, request)?;
         let mut picture = PicturePlan::new(desc, request, &patterns.formats())?;
         let files = FilePlan::new(desc, request, &picture, &patterns)?;
@@ -179,6 +182,10 @@ impl Plan {
             second: None,
             files: planned_files(&patterns.rendered, number),
         };
+        if let Some(values) = &values {
+            let numbers = frames.iter().map(|(number, _)| i64::from(*number));
+            values.check_draws(desc, numbers).map_err(Error::Invalid)?;
+        }
         let mut frames: Vec<PlannedFrame> = frames.into_iter().map(planned).collect();
         for (frame, second) in frames.iter_mut().zip(seconds) {
             frame.second = Some(second);
@@ -245,11 +252,12 @@ impl Plan {
         renderer.render_moving(scenes, camera, self.picture.integrator.as_dyn(), &settings, control)
     }
 
-    /// The names of the values of the scene and what they are at a frame, in TOML, with the time of animations; `None` where no
+    /// The names of the values of the scene and what they are at a time, in TOML, with the time of animations; `None` where no
     /// value changes over time and no animation is played.
-    pub fn moment(&self, frame: f64) -> Option<Vec<(&str, String)>> {
-        let values = self.values.iter().flat_map(|values| values.named_at(frame));
-        let time = self.plays.then(|| ("time", (frame / self.fps).to_string()));
+    pub fn moment(&self, time: impl Into<FrameTime>) -> Option<Vec<(&str, String)>> {
+        let at = time.into();
+        let values = self.values.iter().flat_map(|values| values.named_at(at));
+        let time = self.plays.then(|| ("time", (at.time / self.fps).to_string()));
         (self.values.is_some() || self.plays).then(|| values.chain(time).collect())
     }
 
@@ -313,6 +321,10 @@ impl Plan {
         };
         let scene = Attribute::new("batch-render/scene", self.picture.scene.as_str());
         metadata.attributes.push(scene);
+        let drawn = draws::text(self.values.as_deref(), frame);
+        metadata
+            .attributes
+            .extend(drawn.map(|drawn| Attribute::new(draws::VALUES, drawn)));
         metadata
     }
 }

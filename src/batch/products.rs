@@ -4,6 +4,7 @@ pub(super) mod coco;
 mod colmap;
 pub mod denoise;
 pub(super) mod denoised;
+pub(super) mod draws;
 mod films;
 pub(super) mod finished;
 mod ids;

@@ -6,7 +6,7 @@ use crate::{
     accel::BuildOptions,
     assets::{MemoryKind, Store},
     compile::{self, Change, LastPoses, LoadOptions, Refresher, SceneMotion},
-    describe::{Entity, MovingDesc, PartsDesc, SceneDesc, Values},
+    describe::{Entity, FrameTime, MovingDesc, PartsDesc, SceneDesc, Values},
     error::Error,
     math::DVec3,
     scene::Scene,
@@ -78,7 +78,7 @@ pub(super) fn rebuilds(values: &Values) -> bool {
 
 /// The description of a scene at a time in frames with its values, if they fit together.
 pub(super) fn moved_description(desc: &SceneDesc, values: &Values, frame: f64) -> Option<SceneDesc> {
-    let reader = MovingDesc::new(desc, values);
+    let (reader, frame) = (MovingDesc::new(desc, values), FrameTime::from(frame));
     let own = values.at(frame);
     let entities = reader.changed(None, &own).map(|(entity, _)| entity).collect();
     let mut desc = desc.clone();
@@ -140,33 +140,33 @@ impl<'j> Scenes<'j> {
         self.moving.is_none()
     }
 
-    /// The scene at a time in frames, which may lie between two of them.
+    /// The scene at a time, which may lie between two frames.
     ///
     /// # Errors
     /// There is no such scene: a value of this time does not fit the others, or a file that it names cannot be loaded.
-    pub fn seek(&mut self, frame: f64) -> Result<&Scene, Error> {
+    pub fn seek(&mut self, time: impl Into<FrameTime>) -> Result<&Scene, Error> {
         if let Some(moving) = &mut self.moving {
-            moving.seek(&mut self.scene, frame)?;
+            moving.seek(&mut self.scene, time.into())?;
         }
         Ok(&self.scene)
     }
 
-    /// Whether the scene is the same at all of these times, in frames.
-    pub fn is_same(&self, mut frames: impl Iterator<Item = f64>) -> bool {
+    /// Whether the scene is the same at all of these times.
+    pub fn is_same(&self, mut times: impl Iterator<Item = FrameTime>) -> bool {
         self.is_still() || {
-            let first = frames.next().map(|frame| self.moment(frame));
-            frames.all(|frame| first.as_ref() == Some(&self.moment(frame)))
+            let first = times.next().map(|time| self.moment(time));
+            times.all(|time| first.as_ref() == Some(&self.moment(time)))
         }
     }
 
-    /// The values that change over time, as they are at a time in frames, and the times within the animations of models. Scenes of
-    /// the same ones are the same.
-    fn moment(&self, frame: f64) -> (Vec<String>, Vec<f32>) {
+    /// The values that change over time, as they are at a time, and the times within the animations of models. Scenes of the same
+    /// ones are the same.
+    fn moment(&self, time: FrameTime) -> (Vec<String>, Vec<f32>) {
         let Some(moving) = &self.moving else {
             return Default::default();
         };
-        let values = moving.values.as_ref().map(|(values, _)| values.at(frame));
-        let times = moving.source.motion.local_times(frame / moving.source.fps);
+        let values = moving.values.as_ref().map(|(values, _)| values.at(time));
+        let times = moving.source.motion.local_times(time.time / moving.source.fps);
         (values.unwrap_or_default(), times.collect())
     }
 
@@ -189,8 +189,8 @@ impl<'j> Scenes<'j> {
 }
 
 impl Moving<'_> {
-    /// Makes `scene` that of a time in frames.
-    fn seek(&mut self, shared: &mut Arc<Scene>, frame: f64) -> Result<(), Error> {
+    /// Makes `scene` that of a time.
+    fn seek(&mut self, shared: &mut Arc<Scene>, time: FrameTime) -> Result<(), Error> {
         let old = match std::mem::replace(&mut self.state, State::Broken) {
             State::Base => Ok(None),
             State::At(old) => Ok(Some(old)),
@@ -198,12 +198,12 @@ impl Moving<'_> {
         };
         let (new, changes) = match &self.values {
             Some((values, reader)) => {
-                let new = values.at(frame);
+                let new = values.at(time);
                 let known = old.as_ref().ok().and_then(|old| old.as_deref());
                 let changed: Vec<_> = reader.changed(known, &new).collect();
                 let entities: BTreeSet<Entity> = changed.iter().map(|(entity, _)| *entity).collect();
                 if !entities.is_empty() {
-                    let set = reader.set(&mut self.desc, (frame, &new), &entities);
+                    let set = reader.set(&mut self.desc, (time, &new), &entities);
                     set.map_err(|found| Error::Compile(compile::Error::Invalid(found)))?;
                 }
                 let changes = changed.iter().filter_map(|(entity, path)| change(*entity, path));
@@ -211,7 +211,7 @@ impl Moving<'_> {
             }
             None => (Vec::new(), BTreeSet::new()),
         };
-        self.options.time = frame / self.source.fps;
+        self.options.time = time.time / self.source.fps;
         let store = self.source.store;
         let own = Arc::get_mut(shared).filter(|_| old.is_ok());
         let is_fresh = match own {

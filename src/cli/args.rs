@@ -128,6 +128,10 @@ pub struct CheckArgs {
     #[arg(long, value_name = "FILE")]
     pub values: Option<PathBuf>,
 
+    /// Distributions of values that are drawn for each frame
+    #[arg(long, value_name = "FILE")]
+    pub random: Option<PathBuf>,
+
     /// An animation of a glTF model by itself that is to be played, or all of them; repeatable
     #[arg(long, value_name = "NAME|all")]
     pub animation: Vec<String>,
@@ -209,6 +213,10 @@ pub struct RenderArgs {
     /// Values over frames, a CSV file of columns such as light.key.point.intensity
     #[arg(long, value_name = "FILE", hide_short_help = true, help_heading = heading::FRAMES)]
     pub values: Option<PathBuf>,
+
+    /// Values that are drawn at random for each frame, a TOML file of distributions such as "light.key.point.intensity" = [1, 10]
+    #[arg(long, value_name = "FILE", hide_short_help = true, help_heading = heading::FRAMES)]
+    pub random: Option<PathBuf>,
 
     /// See a model by its camera of this name, or of this number from 0
     #[arg(long, value_name = "NAME", hide_short_help = true, help_heading = heading::FRAMES)]

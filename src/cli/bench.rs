@@ -10,7 +10,7 @@ use super::{bench_args::BenchArgs, log::LastWarnings, progress::say, threads::th
 use anyhow::Context;
 use batch_render::{
     accel::BuildOptions,
-    batch::{CameraRig, Fingerprint, Job, PlannedFrame, Request, Scenes},
+    batch::{CameraRig, Fingerprint, Job, PlannedFrame, Request, Scenes, time_in_frames},
     bench::{self, BenchObserver, BenchOptions, Buffers, Subject},
     camera::FrameCamera,
     describe::Overrides,
@@ -18,7 +18,7 @@ use batch_render::{
     film::Film,
     geometry::Geometry,
     output::{EncodeError, FrameImage, atomic},
-    render::Control,
+    render::{Control, SceneTime},
     simd::Isa,
 };
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
@@ -153,7 +153,7 @@ fn rays(args: &BenchArgs, simd: Isa, quiet: bool) -> anyhow::Result<()> {
         let loaded = job.load()?;
         check(args, &job)?;
         let mut scenes = job.scenes(job.build(loaded)?);
-        let scene = scenes.seek(f64::from(frame.number) + frame.camera.shutter_time(0.0))?;
+        let scene = scenes.seek(time_in_frames(frame.number, &frame.camera, SceneTime::OPENING))?;
         let buffers = Buffers::new(scene, &frame.camera.camera(0.0));
         let geometry = contest(scene.geometry.accel.geometry(), args.embree.as_deref());
         let options = BenchOptions {

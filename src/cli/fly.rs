@@ -24,6 +24,7 @@ pub fn run(args: &FlyArgs, simd: Isa) -> anyhow::Result<()> {
     let request = Request {
         overrides: args.settings.overrides.clone(),
         values: args.values.clone(),
+        random: args.random.clone(),
         camera: args.camera.clone(),
         animation: animation(&args.animation),
         fps: args.fps,

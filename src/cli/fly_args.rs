@@ -66,6 +66,10 @@ pub struct FlyArgs {
     #[arg(long, value_name = "FILE")]
     pub values: Option<PathBuf>,
 
+    /// Values that are drawn at random for each frame, a TOML file of distributions such as "light.key.point.intensity" = [1, 10]
+    #[arg(long, value_name = "FILE")]
+    pub random: Option<PathBuf>,
+
     /// Play an animation of a glTF model by itself, or all of them; repeatable
     #[arg(long, value_name = "NAME|all")]
     pub animation: Vec<String>,

@@ -53,6 +53,10 @@ fn write_lines(out: &mut impl Write, scene: &Path, job: &Job, inventory: &Invent
         plural(inventory.textures, "texture"),
         plural(inventory.lights, "light")
     )?;
+    let drawn = job.plan.values.as_ref().map_or(0, |values| values.drawn_at(1).count());
+    if drawn > 0 {
+        writeln!(out, "{} drawn for each frame", plural(drawn, "value"))?;
+    }
     if let Some(BoundsEntry { min, max }) = inventory.bounds {
         let axis = |i: usize, name: &str| format!("{name} {} to {}", shown(min[i]), shown(max[i]));
         writeln!(out, "bounds: {}, {}, {} m", axis(0, "x"), axis(1, "y"), axis(2, "z"))?;

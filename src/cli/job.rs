@@ -73,6 +73,7 @@ fn check(args: &CheckArgs, simd: Isa) -> anyhow::Result<()> {
     let request = Request {
         camera_path: args.frames.clone(),
         values: args.values.clone(),
+        random: args.random.clone(),
         animation: animation(&args.animation),
         overrides: args.settings.overrides.clone(),
         allow_outside: args.allow_outside,

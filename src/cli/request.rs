@@ -49,6 +49,7 @@ pub fn request(args: &RenderArgs, outlets: &Outlets, simd: Isa) -> Result<Reques
         taken: outlets.taken(),
         camera_path: args.frames.clone(),
         values: args.values.clone(),
+        random: args.random.clone(),
         turntable: args.turntable,
         views: views(args)?,
         stereo: args.views.stereo.and_then(|stereo| stereo.eye()),

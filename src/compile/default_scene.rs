@@ -29,7 +29,7 @@ use crate::{
     camera::{CameraDesc, Timing},
     describe::{
         self, BackgroundDesc, Diagnostics, MovingDesc, ObjectDesc, Overrides, PartsDesc, SceneDesc, Source, Stage,
-        ValueFile, Values,
+        ValueSource, Values,
     },
     math::{DAabb, DAffine3, origin},
     shape::mesh::{AnimationChoice, Playback},
@@ -57,7 +57,7 @@ pub struct ModelOptions<'a> {
     /// Values for keys of the scene file that there might be.
     pub overrides: &'a Overrides,
     /// The tables of values of such keys.
-    pub tables: &'a [ValueFile],
+    pub tables: &'a [ValueSource],
     /// The frames of a second.
     pub fps: f64,
     /// The name of a camera of the file; `None` for the first.
@@ -192,9 +192,9 @@ impl SuppliedScene<'_> {
             _ => false,
         };
         let steps = |path: &[String]| gives(&path.iter().map(String::as_str).collect::<Vec<_>>());
-        let mut columns = self.options.tables.iter().flat_map(|file| &file.table.columns);
+        let mut names = self.options.tables.iter().flat_map(ValueSource::names);
         self.options.overrides.paths().any(|(_, path)| steps(path))
-            || columns.any(|column| gives(&column.name.split('.').collect::<Vec<_>>()))
+            || names.any(|name| gives(&name.split('.').collect::<Vec<_>>()))
     }
 
     /// Warns of textures that overrides make and no other value names.
@@ -262,7 +262,7 @@ impl Shown<'_> {
             (None, None) => self.at(0.0, still),
             (None, Some(end)) => (steps(0.0, end).map(|time| self.at(time, still))).fold(DAabb::EMPTY, DAabb::union),
             (Some(values), _) => {
-                let frames = values.frames();
+                let frames = values.sampled_frames();
                 let moving = MovingDesc::new(self.desc, values);
                 let at = |frame: f64| {
                     let object = moving.object(0, frame);
@@ -314,11 +314,8 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
         .first()
         .map(|object| object.parts.edited())
         .unwrap_or_default();
-    let columns = options.tables.iter().flat_map(|file| &file.table.columns);
-    edited.extend(&describe::edited_parts(
-        &first,
-        columns.map(|column| column.name.as_str()),
-    ));
+    let names = options.tables.iter().flat_map(ValueSource::names);
+    edited.extend(&describe::edited_parts(&first, names));
     let model = store.model(&ModelRequest {
         path: path.to_owned(),
         choice: ModelChoice {

@@ -18,6 +18,9 @@ use toml::de::{DeTable, DeValue};
 /// The key of a scene file that names a table of values.
 pub(super) const VALUES: &str = "values";
 
+/// The table of a scene file that has the distributions of values that are drawn.
+pub(super) const RANDOM: &str = "random";
+
 /// A sort of table of which one key names a kind.
 pub(super) struct KindTable {
     /// The noun of the kinds, such as "light".

@@ -8,8 +8,8 @@ use std::{
 use toml::de::{DeTable, DeValue};
 
 use super::{
-    BackgroundDesc, Diagnostics, Entity, LightEntry, MaterialEntry, ObjectDesc, SceneDesc, TextureEntry, names::unset,
-    overrides::put, placed::placed, read::Reader, values::Values,
+    BackgroundDesc, Diagnostics, Entity, FrameTime, LightEntry, MaterialEntry, ObjectDesc, SceneDesc, TextureEntry,
+    names::unset, overrides::put, placed::placed, read::Reader, values::Values,
 };
 use crate::{
     camera::{CameraDesc, SceneCamera},
@@ -52,14 +52,14 @@ impl<'d> MovingDesc<'d> {
         columns.filter_map(move |(at, column)| differs(at).then_some((column.entity, column.path.as_slice())))
     }
 
-    /// Puts the entities of these changes into `desc`, with the values `own` of a time in frames.
+    /// Puts the entities of these changes into `desc`, with the values `own` of a time.
     ///
     /// # Errors
     /// Values do not fit together.
     pub fn set(
         &self,
         desc: &mut SceneDesc,
-        (frame, own): (f64, &[String]),
+        (time, own): (FrameTime, &[String]),
         entities: &BTreeSet<Entity>,
     ) -> Result<(), Diagnostics> {
         let mut problems = Vec::new();
@@ -69,7 +69,7 @@ impl<'d> MovingDesc<'d> {
                 Err(found) => problems.extend(found),
             }
         }
-        desc.source.overrides = self.values.overrides_at(self.desc, frame);
+        desc.source.overrides = self.values.overrides_at(self.desc, time);
         Diagnostics::new(&desc.source, problems).map_or(Ok(()), Err)
     }
 
@@ -79,17 +79,18 @@ impl<'d> MovingDesc<'d> {
         read.map(|read| read.put(entity, desc)).is_ok()
     }
 
-    /// The camera of the scene file at a time in frames.
+    /// The camera of the scene file at a time.
     ///
     /// # Errors
     /// Its values do not fit together.
-    pub fn camera(&self, frame: f64) -> Result<Option<SceneCamera>, Diagnostics> {
+    pub fn camera(&self, time: impl Into<FrameTime>) -> Result<Option<SceneCamera>, Diagnostics> {
+        let time = time.into();
         if !self.entities.contains_key(&Entity::Camera) {
             let camera = self.desc.camera.as_ref().map(|camera| camera.get_ref().compile());
-            return camera.transpose().map_err(|problems| self.diagnostics(frame, problems));
+            return camera.transpose().map_err(|problems| self.diagnostics(time, problems));
         }
-        let own = self.values.at(frame);
-        let invalid = |problems| self.diagnostics(frame, self.of_cells(&own, problems));
+        let own = self.values.at(time);
+        let invalid = |problems| self.diagnostics(time, self.of_cells(&own, problems));
         self.camera_without(None, &own).map_err(invalid)
     }
 
@@ -120,22 +121,25 @@ impl<'d> MovingDesc<'d> {
         problems.into_iter().map(moved).collect()
     }
 
-    /// The problems at a time in frames, with the cells of their values.
-    fn diagnostics(&self, frame: f64, problems: Vec<Problem>) -> Diagnostics {
-        let source = (self.desc.source.clone()).with(self.values.overrides_at(self.desc, frame));
+    /// The problems at a time, with the cells of their values.
+    pub(super) fn diagnostics(&self, time: FrameTime, problems: Vec<Problem>) -> Diagnostics {
+        let source = (self.desc.source.clone()).with(self.values.overrides_at(self.desc, time));
         Diagnostics::new(&source, problems).expect("what cannot be read has a problem")
     }
 
-    /// The problem of a column at a time in frames.
-    pub fn problem(&self, column: usize, frame: f64, message: String) -> Diagnostics {
-        self.diagnostics(frame, vec![Problem::at(self.values.span(column), message)])
+    /// The problem of a word of a column at a time.
+    pub fn word_problem(&self, column: usize, time: FrameTime, message: String) -> Diagnostics {
+        let problem = vec![Problem::at(self.values.span(column), message)];
+        let source = self.desc.source.clone();
+        let source = source.with(self.values.overrides_of_words(self.desc, time));
+        Diagnostics::new(&source, problem).expect("there is a problem")
     }
 
-    /// An object at a time in frames, if it has values and they fit together.
-    pub fn object(&self, at: usize, frame: f64) -> Option<ObjectDesc> {
+    /// An object at a time, if it has values and they fit together.
+    pub fn object(&self, at: usize, time: impl Into<FrameTime>) -> Option<ObjectDesc> {
         let entity = Entity::Object(at);
         self.entities.contains_key(&entity).then_some(())?;
-        match self.entity_at(entity, frame) {
+        match self.entity_at(entity, time.into()) {
             Ok(EntityDesc::Object(object)) => Some(*object),
             _ => None,
         }
@@ -146,10 +150,23 @@ impl<'d> MovingDesc<'d> {
         self.entity_without(None, entity, own)
     }
 
-    /// Reads an entity at a time in frames.
-    pub(super) fn entity_at(&self, entity: Entity, frame: f64) -> Result<EntityDesc, Vec<Problem>> {
+    /// Reads an entity at a time.
+    pub(super) fn entity_at(&self, entity: Entity, time: FrameTime) -> Result<EntityDesc, Vec<Problem>> {
         let columns = &self.entities[&entity].columns;
-        self.entity_with(entity, columns, |at| self.values.columns[at].curve.at(frame).into())
+        self.entity_with(entity, columns, |at| self.values.columns[at].curve.at(time).into())
+    }
+
+    /// The problems of the value `text`, in TOML, of a column among the other values of a time.
+    pub(super) fn problems_of(&self, column: usize, text: &str, time: FrameTime) -> Vec<Problem> {
+        let entity = self.values.columns[column].entity;
+        let text_of = |at: usize| match at == column {
+            true => Cow::Borrowed(text),
+            false => self.values.columns[at].curve.at(time).into(),
+        };
+        let read = self.entity_with(entity, &self.entities[&entity].columns, text_of);
+        let mut problems = read.err().unwrap_or_default();
+        problems.retain(|problem| self.values.column_of(problem) == Some(column));
+        problems
     }
 
     /// Whether the key of a column takes the value `text`, in TOML, whatever the other columns have.

@@ -6,7 +6,10 @@ use std::borrow::Cow;
 
 use toml::de::{DeTable, DeValue};
 
-use super::{kind_tables::is_kind, parts};
+use super::{
+    kind_tables::{RANDOM, is_kind},
+    parts,
+};
 use crate::value::{Problem, Span, Spanned, UnknownName};
 
 /// The tables whose keys are names that the scene file chooses.
@@ -188,8 +191,9 @@ impl Component {
             _ => return None,
         };
         let [table @ .., kind, _] = path else { return None };
-        // The settings of a job are no lists of numbers.
-        let is_setting = matches!(table, [own] if own == "render" || own == "output");
+        // The settings of a job and distributions are no lists of numbers.
+        let is_setting = matches!(table, [own] if own == "render" || own == "output")
+            || matches!(table, [first, ..] if first == RANDOM);
         let is_component = !table.is_empty() && !is_setting && !is_kind(table, kind);
         is_component.then(|| Self {
             index,

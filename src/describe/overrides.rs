@@ -116,6 +116,12 @@ impl Overrides {
         self.0.iter().map(|one| (one.origin.as_str(), one.path.as_slice()))
     }
 
+    /// The path, the text in TOML and the span of each value.
+    pub(super) fn values(&self) -> impl Iterator<Item = (&[String], &str, Span)> {
+        let numbered = self.0.iter().zip(OVERRIDES..);
+        numbered.map(|(one, start)| (one.path.as_slice(), one.value.as_str(), start..start + 1))
+    }
+
     /// The origin of the value with this span, if it is an override's.
     pub(super) fn origin(&self, span: &Span) -> Option<&str> {
         Some(&self.at(span)?.origin)

@@ -51,11 +51,7 @@ pub(super) fn join(values: &mut Values, sources: &[(&ValueTable, &ValueColumn)],
             message,
             help: None,
         };
-        let header = |at: usize| {
-            let column = &values.columns[at];
-            let file = &values.files[column.file];
-            format!("{}:{}: {}", file.path.display(), file.header, column.name)
-        };
+        let header = |at: usize| values.head(&values.columns[at]);
         if let Some(angle) = angle {
             let other = &values.columns[angle].name;
             let message = format!("a quaternion and `{other}` are the same rotation: give one of them");
@@ -70,6 +66,10 @@ pub(super) fn join(values: &mut Values, sources: &[(&ValueTable, &ValueColumn)],
             faults.add(header(first), problem(message));
             continue;
         };
+        if matches!(values.columns[first].curve, Curve::Random(_)) {
+            // Its numbers are drawn each by itself, and the rotation is normalised.
+            continue;
+        }
         match track(&whole, sources) {
             Ok(track) => {
                 let track = Arc::new(track);

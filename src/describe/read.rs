@@ -9,7 +9,8 @@ use super::{
     Diagnostics, OutputDesc, Overrides, RenderDesc, SceneDesc, Source,
     deserialize::FileValue,
     foreign,
-    kind_tables::{self, KindTable, VALUES},
+    kind_tables::{self, KindTable, RANDOM, VALUES},
+    random::RandomDesc,
     scene::*,
 };
 use crate::{
@@ -27,6 +28,8 @@ pub enum Error {
     Read { path: String, cause: io::Error },
     #[error("the scene file is not UTF-8 text: {path}")]
     Encoding { path: String },
+    #[error("cannot read the distributions: {cause}: {path}")]
+    ReadRandom { path: String, cause: io::Error },
     #[error("{0}")]
     Invalid(Diagnostics),
 }
@@ -45,7 +48,7 @@ pub fn load<'p, B: AsRef<[u8]>>(
 }
 
 /// The tables of a scene file.
-const TABLES: [&str; 8] = [
+const TABLES: [&str; 9] = [
     "render",
     "camera",
     "background",
@@ -53,6 +56,7 @@ const TABLES: [&str; 8] = [
     "material",
     "object",
     "light",
+    RANDOM,
     "output",
 ];
 
@@ -153,7 +157,7 @@ impl Reader<'_> {
                 self.problems.push(unknown.at(key.span()));
             }
         }
-        for name in ["render", "camera", "background", "output"] {
+        for name in ["render", "camera", "background", RANDOM, "output"] {
             if let Some((key, DeValue::Array(_))) = table.get_key_value(name).map(|(k, v)| (k, v.get_ref())) {
                 self.misplaced(key.span(), "array", name);
                 table.remove(name);
@@ -167,6 +171,7 @@ impl Reader<'_> {
         let render: RenderDesc = render.and_then(|v| self.entity(v)).unwrap_or_default();
         render.check(&mut self.problems);
         let values = take(VALUES).and_then(|v| self.entity(v));
+        let random = take(RANDOM).and_then(|v| self.random(v, &source));
         let mut camera = take("camera");
         let timing = Timing::KEYS
             .iter()
@@ -189,6 +194,7 @@ impl Reader<'_> {
         SceneDesc {
             source,
             values,
+            random,
             render,
             camera,
             timing,
@@ -198,6 +204,18 @@ impl Reader<'_> {
             objects,
             lights,
             output,
+        }
+    }
+
+    /// Parses the table of values that are drawn.
+    fn random(&mut self, value: Value<'_>, source: &Source) -> Option<RandomDesc> {
+        let span = value.span();
+        match value.into_inner() {
+            DeValue::Table(table) => Some(RandomDesc::read(table, source, &mut self.problems)),
+            other => {
+                self.misplaced(span, other.type_str(), RANDOM);
+                None
+            }
         }
     }
 
@@ -429,7 +447,7 @@ impl Reader<'_> {
 }
 
 /// Converts an error of the syntax of `text`.
-fn syntax_problem(e: &toml::de::Error, text: &str) -> Problem {
+pub(super) fn syntax_problem(e: &toml::de::Error, text: &str) -> Problem {
     let message = e.message().lines().collect::<Vec<_>>().join(": ");
     let Some(span) = e.span() else {
         return Problem {

@@ -32,7 +32,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Deserialize;
 
-use super::{LightGroupName, ObjectPartDesc, OutputDesc, PartsDesc, RenderDesc, Source, TransformDesc};
+use super::{LightGroupName, ObjectPartDesc, OutputDesc, PartsDesc, RandomDesc, RenderDesc, Source, TransformDesc};
 use crate::{
     camera::{CameraDesc, Timing},
     light::{LightDesc, environment::EnvironmentDesc, gradient::GradientDesc, sky::SkyDesc},
@@ -49,6 +49,8 @@ pub struct SceneDesc {
     pub source: Source,
     /// The file of values that change over time, see [`Values`](super::Values).
     pub values: Option<Spanned<String>>,
+    /// The values that are drawn at random for each frame.
+    pub random: Option<RandomDesc>,
     pub render: RenderDesc,
     /// The scene's own camera. The table has a key that names the kind of camera, and may have a shutter.
     ///

@@ -5,13 +5,15 @@ use std::collections::{BTreeMap, HashMap};
 use toml::de::DeTable;
 
 use super::{
-    Entity, Error, PartsDesc, SceneDesc,
+    Entity, Error, FrameTime, PartsDesc, SceneDesc,
     cell_faults::Faults,
+    drawn_columns::drawn_curve,
     kind_tables::another_kind,
     moving::MovingDesc,
     names::{Component, KnownNames},
     quaternions,
-    values::{Column, Curve, FileRows, ValueFile, Values},
+    value_sources::{SourceColumn, ValueSource},
+    values::{Column, Curve, FileRows, Values},
 };
 use crate::{
     assets::{
@@ -30,21 +32,14 @@ use crate::{
 const FIXED: [&str; 2] = ["name", "group"];
 
 impl Values {
-    /// The values of these files for the scene `desc`, but for those that its overrides set for the whole job.
+    /// The values of these sources for the scene `desc`, but for those that its overrides set for the whole job.
     ///
     /// # Errors
     /// A name is unknown, or a value is wrong; the errors name the cells.
-    pub fn new(desc: &SceneDesc, files: &[ValueFile]) -> Result<Self, Error> {
+    pub fn new(desc: &SceneDesc, given: &[ValueSource]) -> Result<Self, Error> {
         let fixed = desc.source.overrides.paths().count();
         let mut values = Self {
-            files: files
-                .iter()
-                .map(|file| FileRows {
-                    path: file.path.clone(),
-                    header: file.table.header,
-                    rows: file.table.rows.clone(),
-                })
-                .collect(),
+            files: given.iter().map(FileRows::of_source).collect(),
             columns: Vec::new(),
             fixed,
         };
@@ -57,10 +52,14 @@ impl Values {
             .collect();
         let mut sources: Vec<(&ValueTable, &ValueColumn)> = Vec::new();
         let mut names: HashMap<(Entity, Vec<String>), &str> = HashMap::new();
-        for (file, ValueFile { path, table }) in files.iter().enumerate() {
-            for column in &table.columns {
-                let origin = format!("{}:{}: {}", path.display(), table.header, column.name);
-                let steps: Vec<String> = column.name.split('.').map(str::to_owned).collect();
+        // Columns of tables come before values that are drawn, as `sources` are those of the first ones.
+        let (tables, drawn): (Vec<_>, Vec<_>) = given
+            .iter()
+            .enumerate()
+            .partition(|(_, source)| matches!(source, ValueSource::Table(_)));
+        for (file, source) in tables.into_iter().chain(drawn) {
+            for (name, origin, column) in source.columns() {
+                let steps: Vec<String> = name.split('.').map(str::to_owned).collect();
                 let resolved = resolve(desc, &document, &known, &steps);
                 let Ok((entity, path)) = resolved.map_err(|problem| faults.add(origin.clone(), problem)) else {
                     if faults.are_many() {
@@ -68,7 +67,7 @@ impl Values {
                     }
                     continue;
                 };
-                if let Some(other) = names.insert((entity, path.number()), &column.name) {
+                if let Some(other) = names.insert((entity, path.number()), name) {
                     let message = format!("`{other}` is the same value: give one of them");
                     let problem = Problem {
                         span: None,
@@ -84,19 +83,25 @@ impl Values {
                 {
                     continue;
                 }
+                let curve = match column {
+                    SourceColumn::Table(table, column) => {
+                        sources.push((table, column));
+                        curve(table, column)
+                    }
+                    SourceColumn::Random(random, at) => drawn_curve(desc, random, at),
+                };
                 values.columns.push(Column {
-                    name: column.name.clone(),
+                    name: name.to_owned(),
                     file,
                     component: path.component,
                     path: path.inner,
                     entity,
-                    curve: curve(table, column),
+                    curve,
                 });
-                sources.push((table, column));
             }
         }
         quaternions::join(&mut values, &sources, &mut faults);
-        values.add_overlaps(&sources, &mut faults);
+        values.add_overlaps(&mut faults);
         faults.check()?;
         let unjudged = values.clone();
         let moving = MovingDesc::new(desc, &unjudged);
@@ -113,26 +118,27 @@ impl Values {
         for (entity, frames) in judged_frames(&values, &sources) {
             // A wrong name is wrong in every row.
             let mut told: Vec<Problem> = Vec::new();
-            for frame in frames {
-                let problems = moving.entity_at(entity, frame).err().unwrap_or_default();
+            for time in frames.into_iter().map(FrameTime::from) {
+                let problems = moving.entity_at(entity, time).err().unwrap_or_default();
                 for problem in problems {
-                    if told.contains(&problem) {
+                    if told.contains(&problem) || values.is_drawn(&problem) {
                         continue;
                     }
                     told.push(problem.clone());
-                    faults.add(values.origin_of(&problem, frame), problem);
+                    faults.add(values.origin_of(&problem, time), problem);
                 }
                 if faults.are_many() {
                     return faults.check().map(|()| values.clone());
                 }
             }
         }
+        values.judge_distributions(&moving, &mut faults);
         faults.check()?;
         Ok(values)
     }
 
     /// Adds a fault for each column that sets a value, or a part of one, which another column sets as well.
-    fn add_overlaps(&self, sources: &[(&ValueTable, &ValueColumn)], faults: &mut Faults<'_>) {
+    fn add_overlaps(&self, faults: &mut Faults<'_>) {
         let mut order: Vec<usize> = (0..self.columns.len()).collect();
         let key = |at: &usize| (self.columns[*at].entity, &self.columns[*at].path);
         sorting::sort_by(&mut order, |a, b| key(a).cmp(&key(b)));
@@ -146,14 +152,12 @@ impl Values {
                 whole = Some(at);
                 continue;
             };
-            let file = &self.files[own.file].path;
-            let origin = format!("{}:{}: {}", file.display(), sources[at].0.header, own.name);
             let of_file = match own.file == other.file {
                 true => String::new(),
                 false => format!(" of {}", self.files[other.file].path.display()),
             };
             let message = format!("the column `{}`{of_file} sets the same value", other.name);
-            faults.add(origin, Problem::at(0..0, message));
+            faults.add(self.head(own), Problem::at(0..0, message));
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Values of a scene file that change over time, by the names of their keys.
+//! Values of a scene file that change over time or are drawn for each frame, by the names of their keys.
 //!
 //! A column of a [`ValueTable`] sets the key that its name is the path of. Numbers move along a [`Track`]; words, truths and whole
 //! numbers hold. At a time the values are put into the tables of the file that have them, before these are read, as
@@ -13,7 +13,10 @@ use std::{
 
 use glam::DQuat;
 
-use super::{Diagnostics, Entity, Overrides, Part, PartsDesc, SceneDesc, names::Component, parts::part_of};
+use super::{
+    Diagnostics, Distribution, DrawKey, Entity, FrameTime, Overrides, Part, PartsDesc, SceneDesc, names::Component,
+    parts::part_of,
+};
 use crate::{
     assets::{
         camera_path::{ValueRow, ValueTable},
@@ -22,6 +25,9 @@ use crate::{
     math::track::Track,
     value::{OVERRIDES, Problem, Span},
 };
+
+/// The number of frames whose draws tell where a scene moves.
+const SAMPLED_DRAWS: i64 = 64;
 
 /// A table of values and its file.
 #[derive(Clone, Debug)]
@@ -44,10 +50,25 @@ pub(super) struct FileRows {
     pub path: PathBuf,
     /// The line of the header.
     pub header: usize,
+    /// None for values that are drawn.
     pub rows: Vec<ValueRow>,
+    /// Whether only what it says of a frame counts for that, and no other part of its content.
+    pub is_apart: bool,
 }
 
-/// The values that change over time.
+/// A word in a column.
+#[derive(Clone, Debug)]
+pub struct Word {
+    pub entity: Entity,
+    /// The index of its column.
+    pub column: usize,
+    /// The time of the first cell that has it.
+    pub time: FrameTime,
+    /// In TOML.
+    pub text: String,
+}
+
+/// The values that change from frame to frame.
 #[derive(Clone, Debug)]
 pub struct Values {
     pub(super) files: Vec<FileRows>,
@@ -77,48 +98,89 @@ pub(super) enum Curve {
     Rotation(Arc<Track<DQuat>>, usize),
     /// Values in TOML that hold, by the frames from which on they do.
     Held(Vec<(f64, String)>),
+    Random(RandomCurve),
+}
+
+/// A value that is drawn for each frame.
+#[derive(Clone, Debug)]
+pub(super) struct RandomCurve {
+    pub key: DrawKey,
+    pub distribution: Arc<Distribution>,
+    /// The place of the distribution.
+    pub origin: String,
 }
 
 impl Curve {
     /// The value at a time, in TOML.
-    pub(super) fn at(&self, frame: f64) -> String {
+    pub(super) fn at(&self, at: FrameTime) -> String {
         match self {
-            Self::Number(track) => toml::Value::from(track.at(frame).unwrap_or_default()).to_string(),
+            Self::Number(track) => toml::Value::from(track.at(at.time).unwrap_or_default()).to_string(),
             Self::Rotation(track, component) => {
-                let rotation = track.at(frame).unwrap_or_default().to_array();
+                let rotation = track.at(at.time).unwrap_or_default().to_array();
                 toml::Value::from(rotation[*component]).to_string()
             }
             Self::Held(steps) => {
-                let next = steps.partition_point(|(from, _)| *from <= frame);
+                let next = steps.partition_point(|(from, _)| *from <= at.time);
                 steps[next.saturating_sub(1)].1.clone()
             }
+            Self::Random(random) => random.distribution.draw(random.key, at.frame),
         }
+    }
+
+    /// The words that it holds, in TOML, each with the time of its cell; a word that is drawn has that of frame 1.
+    pub(super) fn words(&self) -> impl Iterator<Item = (&str, FrameTime)> {
+        let (held, distribution) = match self {
+            Self::Held(steps) => (&steps[..], None),
+            Self::Random(random) => (&[][..], Some(&random.distribution)),
+            Self::Number(_) | Self::Rotation(..) => (&[][..], None),
+        };
+        let is_word = |text: &str| text.starts_with(['"', '\'']);
+        let held = held.iter().map(|(time, text)| (text.as_str(), FrameTime::from(*time)));
+        let drawn = distribution.into_iter().flat_map(|own| own.words());
+        let held = held.filter(move |(text, _)| is_word(text));
+        held.chain(drawn.map(|text| (text, FrameTime::from(1.0))))
     }
 }
 
 impl Values {
-    /// The first and the last row, in whole frames.
-    pub fn frames(&self) -> RangeInclusive<i64> {
+    /// The first and the last row, in whole frames; `None` where all values are drawn.
+    pub fn frames(&self) -> Option<RangeInclusive<i64>> {
         let rows = || {
             self.files
                 .iter()
                 .flat_map(|file| file.rows.first().into_iter().chain(file.rows.last()))
         };
+        rows().next()?;
         let first = rows().map(|row| row.frame).fold(f64::INFINITY, f64::min);
         let last = rows().map(|row| row.frame).fold(f64::NEG_INFINITY, f64::max);
-        first.ceil() as i64..=last.floor() as i64
+        Some(first.ceil() as i64..=last.floor() as i64)
     }
 
-    /// All values at a time in frames, in TOML.
-    pub fn at(&self, frame: f64) -> Vec<String> {
-        self.columns.iter().map(|column| column.curve.at(frame)).collect()
+    /// The frames among which those are that tell where a scene moves: of values that are drawn the first ones.
+    pub fn sampled_frames(&self) -> RangeInclusive<i64> {
+        self.frames().unwrap_or(1..=SAMPLED_DRAWS)
     }
 
-    /// The names and the values at a time in frames.
-    pub fn named_at(&self, frame: f64) -> impl Iterator<Item = (&str, String)> {
+    /// All values at a time, in TOML.
+    pub fn at(&self, time: impl Into<FrameTime>) -> Vec<String> {
+        let time = time.into();
+        self.columns.iter().map(|column| column.curve.at(time)).collect()
+    }
+
+    /// The names and the values at a time.
+    pub fn named_at(&self, time: impl Into<FrameTime>) -> impl Iterator<Item = (&str, String)> {
+        let time = time.into();
         self.columns
             .iter()
-            .map(move |column| (column.name.as_str(), column.curve.at(frame)))
+            .map(move |column| (column.name.as_str(), column.curve.at(time)))
+    }
+
+    /// The names of the values that are drawn, and the draws of a frame, in TOML.
+    pub fn drawn_at(&self, frame: i64) -> impl Iterator<Item = (&str, String)> {
+        self.columns.iter().filter_map(move |column| match &column.curve {
+            Curve::Random(random) => Some((column.name.as_str(), random.distribution.draw(random.key, frame))),
+            _ => None,
+        })
     }
 
     /// The keys of the values, each by the steps from its entity.
@@ -134,9 +196,10 @@ impl Values {
         of_camera.map(|column| (column.name.as_str(), &self.files[column.file].path))
     }
 
-    /// The files of the tables.
+    /// The files that have values alone.
     pub fn paths(&self) -> impl Iterator<Item = &Path> {
-        self.files.iter().map(|file| file.path.as_path())
+        let apart = self.files.iter().filter(|file| file.is_apart);
+        apart.map(|file| file.path.as_path())
     }
 
     /// The files that cells name, each once.
@@ -147,11 +210,10 @@ impl Values {
             .iter()
             .filter(|column| column.path.last().is_some_and(|step| step == "file"))
         {
-            let Curve::Held(steps) = &column.curve else { continue };
-            for (frame, text) in steps {
+            for (text, time) in column.curve.words() {
                 let value: Option<toml::Value> = text.parse().ok();
                 if let Some(name) = value.as_ref().and_then(toml::Value::as_str) {
-                    let origin = || self.cell(column, *frame);
+                    let origin = || self.cell(column, time);
                     files.entry(desc.folder().join(name)).or_insert_with(origin);
                 }
             }
@@ -162,19 +224,21 @@ impl Values {
             .collect()
     }
 
-    /// The columns that hold words, but for names of files: the entity, the index of the column, and the time in frames of the first
-    /// cell with each word.
-    pub fn words(&self) -> Vec<(Entity, usize, f64)> {
+    /// The words of columns, each once, but for names of files.
+    pub fn words(&self) -> Vec<Word> {
         let mut words = Vec::new();
         for (at, column) in self.columns.iter().enumerate() {
-            let Curve::Held(steps) = &column.curve else { continue };
             if column.path.last().is_some_and(|step| step == "file") {
                 continue;
             }
             let mut known = BTreeSet::new();
-            let is_word = |text: &str| text.starts_with(['"', '\'']);
-            let new = steps.iter().filter(|(_, text)| is_word(text) && known.insert(text));
-            words.extend(new.map(|(frame, _)| (column.entity, at, *frame)));
+            let new = column.curve.words().filter(|(text, _)| known.insert(*text));
+            words.extend(new.map(|(text, time)| Word {
+                entity: column.entity,
+                column: at,
+                time,
+                text: text.to_owned(),
+            }));
         }
         words
     }
@@ -211,8 +275,7 @@ impl Values {
         let mut overrides = desc.source.overrides.clone();
         let mut problems = Vec::new();
         for (at, column) in self.columns.iter().enumerate() {
-            let FileRows { path, header, .. } = &self.files[column.file];
-            overrides.set_cell(&format!("{}:{header}: {}", path.display(), column.name), &column.name);
+            overrides.set_cell(&self.head(column), &column.name);
             if let (Some(object), Some((part, name))) = (column.entity.object(), part_of(&column.path)) {
                 problems.extend(problem(object, part, name, self.span(at)));
             }
@@ -234,11 +297,24 @@ impl Values {
         self.columns.iter().any(hides)
     }
 
-    /// The overrides of `desc` with the origins of all values at a time in frames, to which the spans of values lead.
-    pub(super) fn overrides_at(&self, desc: &SceneDesc, frame: f64) -> Overrides {
+    /// The overrides of `desc` with the origins of all values at a time, to which the spans of values lead.
+    pub(super) fn overrides_at(&self, desc: &SceneDesc, time: FrameTime) -> Overrides {
         let mut overrides = desc.source.overrides.clone();
         for column in &self.columns {
-            overrides.set_cell(&self.cell(column, frame), &column.name);
+            overrides.set_cell(&self.cell(column, time), &column.name);
+        }
+        overrides
+    }
+
+    /// The same for words, one of which a draw may not be.
+    pub(super) fn overrides_of_words(&self, desc: &SceneDesc, time: FrameTime) -> Overrides {
+        let mut overrides = desc.source.overrides.clone();
+        for column in &self.columns {
+            let origin = match column.curve {
+                Curve::Random(_) => self.head(column),
+                _ => self.cell(column, time),
+            };
+            overrides.set_cell(&origin, &column.name);
         }
         overrides
     }
@@ -249,22 +325,39 @@ impl Values {
         start..start + 1
     }
 
+    /// The column whose value has a problem, if it is one of these.
+    pub(super) fn column_of(&self, problem: &Problem) -> Option<usize> {
+        let start = problem.span.as_ref()?.start;
+        start
+            .checked_sub(OVERRIDES + self.fixed)
+            .filter(|at| *at < self.columns.len())
+    }
+
     /// The origin of a problem at a time: the cell, or the frame where the problem is in the scene file.
-    pub(super) fn origin_of(&self, problem: &Problem, frame: f64) -> String {
-        let column = problem
-            .span
-            .as_ref()
-            .and_then(|span| span.start.checked_sub(OVERRIDES + self.fixed));
-        match column.and_then(|column| self.columns.get(column)) {
-            Some(column) => self.cell(column, frame),
-            None => format!("{}: frame {frame}", self.files[0].path.display()),
+    pub(super) fn origin_of(&self, problem: &Problem, time: FrameTime) -> String {
+        match self.column_of(problem) {
+            Some(column) => self.cell(&self.columns[column], time),
+            None => format!("{}: frame {}", self.files[0].path.display(), time.time),
+        }
+    }
+
+    /// The place of a column: its header, or its distribution.
+    pub(super) fn head(&self, column: &Column) -> String {
+        let FileRows { path, header, .. } = &self.files[column.file];
+        match &column.curve {
+            Curve::Random(random) => format!("{}: {}", random.origin, column.name),
+            _ => format!("{}:{header}: {}", path.display(), column.name),
         }
     }
 
     /// The place of the value of a column at a time: its last cell up to then.
-    fn cell(&self, column: &Column, frame: f64) -> String {
+    fn cell(&self, column: &Column, time: FrameTime) -> String {
+        if let Curve::Random(random) = &column.curve {
+            let drawn = random.distribution.draw(random.key, time.frame);
+            return format!("{}, where frame {} draws {drawn}", self.head(column), time.frame);
+        }
         let FileRows { path, rows, .. } = &self.files[column.file];
-        let next = rows.partition_point(|row| row.frame <= frame).saturating_sub(1);
+        let next = rows.partition_point(|row| row.frame <= time.time).saturating_sub(1);
         let line = rows.get(next).map_or(1, |row| row.line);
         format!("{}:{line}: {}", path.display(), column.name)
     }

@@ -149,6 +149,7 @@ impl Base {
         let request = Request {
             camera_path: self.request.camera_path.clone().filter(|_| self.home.is_none()),
             values: None,
+            random: None,
             range: None,
             turntable: None,
             views: None,
@@ -156,7 +157,7 @@ impl Base {
         };
         let mut desc = self.job.desc.with(&request.overrides)?;
         // The values are those that were read with the scene.
-        desc.values = None;
+        (desc.values, desc.random) = (None, None);
         let mut plan = Plan::new(&desc, &request, &Files::default())?;
         plan.values = self.plan.values.clone();
         Ok(plan)

@@ -4,6 +4,7 @@ use super::{base::Base, shown::Shown};
 use crate::{
     batch::{Scenes, time_in_frames},
     camera::FrameCamera,
+    describe::FrameTime,
     error::Error,
     render::{FrameScenes, SceneTime},
     scene::Scene,
@@ -13,8 +14,8 @@ use crate::{
 pub struct Seeker<'b> {
     scenes: Scenes<'b>,
     shown: &'b Shown,
-    /// The time of the scene, in frames, once it was sought.
-    at: Option<f64>,
+    /// The time of the scene, once it was sought.
+    at: Option<FrameTime>,
 }
 
 impl<'b> Seeker<'b> {
@@ -35,17 +36,18 @@ impl<'b> Seeker<'b> {
         self.scenes.is_still()
     }
 
-    /// Returns the scene at a time in frames, and shows it.
+    /// Returns the scene at a time, and shows it.
     ///
     /// # Errors
     /// There is no such scene.
-    pub fn seek(&mut self, frame: f64) -> Result<&Scene, Error> {
-        if !self.is_still() && self.at != Some(frame) {
+    pub fn seek(&mut self, time: impl Into<FrameTime>) -> Result<&Scene, Error> {
+        let time = time.into();
+        if !self.is_still() && self.at != Some(time) {
             self.at = None;
             // Only a scene that nobody else has is changed in place.
             drop(self.shown.take());
-            self.scenes.seek(frame)?;
-            self.at = Some(frame);
+            self.scenes.seek(time)?;
+            self.at = Some(time);
             self.shown.set(self.scenes.shared());
         }
         Ok(self.scenes.current())

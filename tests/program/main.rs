@@ -55,6 +55,7 @@ mod parts;
 mod path;
 mod points;
 mod preview;
+mod random;
 mod readme;
 mod resume;
 mod rounds;

@@ -164,11 +164,21 @@ fn schema() -> Value {
             "material": { "type": "object", "additionalProperties": or_word(material, MaterialDesc::NAMES) },
             "object": { "type": "array", "items": object },
             "light": { "type": "array", "items": light },
+            "random": random(),
             "output": schema_of::<OutputDesc>(),
         },
     });
     describe(&mut scene);
     scene
+}
+
+/// The schema of distributions, which are read by hand: by names of values, or by tables of these.
+fn random() -> Value {
+    json!({
+        "type": "object",
+        "properties": { "seed": { "type": "integer" }, "scene": { "type": "string" } },
+        "additionalProperties": { "anyOf": [{ "type": "array" }, { "type": "object" }] },
+    })
 }
 
 /// The schema of a table that names one kind, with keys beside it.
@@ -187,7 +197,7 @@ fn or_word(schema: Value, names: &[&str]) -> Value {
 /// The pages of the manual, and where the schemas of their tables are.
 fn pages() -> Vec<(String, Vec<String>)> {
     let path = |text: &str| text.split(' ').map(str::to_owned).collect::<Vec<_>>();
-    let mut pages: Vec<(String, Vec<String>)> = ["render", "camera", "background", "output"]
+    let mut pages: Vec<(String, Vec<String>)> = ["render", "camera", "background", "random", "output"]
         .map(|name| (name.to_owned(), path(name)))
         .into();
     let entries = [

@@ -16,7 +16,7 @@ use crate::{
         path::{CameraPath, PathError},
     },
     compile::{self, default_scene::ModelRun},
-    describe::{MovingDesc, SceneDesc, Values},
+    describe::{FrameTime, MovingDesc, SceneDesc, Values},
     error::Error,
     math::{DAabb, DVec3},
     warnings::{WarningKind, Warnings},
@@ -92,13 +92,14 @@ fn middle_cameras(
     }
     let own = OwnCamera::new(desc, (values, run, fps(request)), scene_camera);
     let Some(file) = &request.camera_path else {
-        let (all, what) = match (request.turntable, run.and_then(|run| run.end), values) {
+        let of_table = values.and_then(Values::frames);
+        let (all, what) = match (request.turntable, run.and_then(|run| run.end), of_table) {
             (Some(Turn { frames, .. }), ..) => (
                 1..=i64::from(frames),
                 format!("the turntable, which has frames 1 to {frames}"),
             ),
             (None, Some(end), _) => (0..=last_frame(end, fps(request)), "the animations".to_owned()),
-            (None, None, Some(values)) => (values.frames(), "the table of values".to_owned()),
+            (None, None, Some(frames)) => (frames, "the table of values".to_owned()),
             (None, None, None) => (1..=1, "the scene's own camera, which has frame 1 only".to_owned()),
         };
         if request.turntable.is_some() {
@@ -342,12 +343,12 @@ struct MovedCamera<'a> {
 }
 
 impl MovedCamera<'_> {
-    /// The camera at a time in frames, if it is not degenerate then.
-    fn at(&self, frame: f64) -> Option<SceneCamera> {
-        let of_values = self.parts.as_ref().and_then(|parts| parts.object(0, frame));
+    /// The camera at a time, if it is not degenerate then.
+    fn at(&self, time: FrameTime) -> Option<SceneCamera> {
+        let of_values = self.parts.as_ref().and_then(|parts| parts.object(0, time));
         let object = of_values.as_ref().or(self.desc.objects.first());
         let parts = object.map(|object| object.parts.clone()).unwrap_or_default();
-        self.run.camera(frame / self.fps, &parts)?.compile().ok()
+        self.run.camera(time.time / self.fps, &parts)?.compile().ok()
     }
 }
 
@@ -385,12 +386,13 @@ impl<'a> OwnCamera<'a> {
         }
     }
 
-    /// The camera at a time in frames.
-    pub fn at(&self, frame: f64) -> Result<Option<SceneCamera>, Error> {
+    /// The camera at a time.
+    pub fn at(&self, time: impl Into<FrameTime>) -> Result<Option<SceneCamera>, Error> {
+        let time = time.into();
         match (&self.moving, &self.run) {
             // Values take the place of the node.
-            (Some(moving), _) => moving.camera(frame).map_err(Error::Invalid),
-            (None, Some(run)) => Ok(run.at(frame).or(self.still)),
+            (Some(moving), _) => moving.camera(time).map_err(Error::Invalid),
+            (None, Some(run)) => Ok(run.at(time).or(self.still)),
             (None, None) => Ok(self.still),
         }
     }
@@ -400,8 +402,8 @@ impl<'a> OwnCamera<'a> {
     /// # Errors
     /// The scene has no camera, or values of it are wrong.
     pub fn frame_camera(&self, frame: f64, film: FilmSize) -> Result<FrameCamera, Error> {
-        let at = |frame: f64| {
-            let camera = self.at(frame)?.ok_or_else(|| Error::NoCamera {
+        let at = |time: FrameTime| {
+            let camera = self.at(time)?.ok_or_else(|| Error::NoCamera {
                 path: self.path.to_owned(),
             })?;
             Ok::<_, Error>(Camera::new(&camera.pose, &camera.lens, film))
@@ -410,7 +412,10 @@ impl<'a> OwnCamera<'a> {
         let moves = (self.moving.is_some() || self.run.is_some()) && timing.duration() > 0.0;
         // The camera while the picture of a frame is taken, or as its shutter opens.
         let taken = |frame: f64, at_opening: bool| {
-            let time = |u: f64| frame + (timing.shutter.open + timing.duration() * u);
+            let time = |u: f64| FrameTime {
+                time: frame + (timing.shutter.open + timing.duration() * u),
+                frame: frame.floor() as i64,
+            };
             match moves && !at_opening {
                 true => PictureCamera::moving(|u| at(time(u))),
                 false => at(time(0.0)).map(PictureCamera::from),

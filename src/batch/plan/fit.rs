@@ -12,7 +12,7 @@ use crate::{
     },
     camera::{Camera, PinholeView},
     compile,
-    describe::{Diagnostics, SceneDesc, ValueFile, Values},
+    describe::{Diagnostics, SceneDesc, ValueSource, Values},
     error::Error,
     math::{DAabb, DVec3, transform::axis_rotation},
     value::Spanned,
@@ -31,7 +31,7 @@ pub(in crate::batch) fn fitted(
     mut desc: SceneDesc,
     request: &Request,
     store: &Store,
-    (tables, camera_moves): (&[ValueFile], bool),
+    (tables, camera_moves): (&[ValueSource], bool),
 ) -> Result<SceneDesc, Error> {
     let refuse = |message: String| Err(Error::Usage(format!("--frame-to-fit: {message}")));
     if request.camera_path.is_some() {
@@ -62,7 +62,7 @@ pub(in crate::batch) fn fitted(
     }
     let fps = super::frame_rate::fps(request);
     let at = |frame: f64| bounds_at((&desc, store), (values.as_deref(), fps), frame);
-    let frames = values.as_ref().map(|values| values.frames());
+    let frames = values.as_ref().map(|values| values.sampled_frames());
     let first = frames.as_ref().map_or(0.0, |frames| *frames.start() as f64);
     let (start, end) = at(first)?;
     let mut spans: Vec<[f64; 2]> = end.map(|end| [0.0, end * fps]).into_iter().collect();

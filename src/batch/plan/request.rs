@@ -51,6 +51,8 @@ pub struct Request {
     pub camera_path: Option<PathBuf>,
     /// The file of values that change over time, in place of the scene's.
     pub values: Option<PathBuf>,
+    /// The file of distributions that values are drawn from for each frame, in place of the scene's.
+    pub random: Option<PathBuf>,
     /// The name, or the number from 0, of a camera of the model that is the scene.
     pub camera: Option<String>,
     /// The name of a material variant of the model that is the scene.

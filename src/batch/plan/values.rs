@@ -1,24 +1,27 @@
-//! The values of a job that change over time: of a table, and of the camera path.
+//! The values of a job that change from frame to frame: of a table, of the camera path, and those that are drawn at random.
 
-use std::{collections::HashMap, path::PathBuf, sync::Arc};
+use std::{borrow::Cow, collections::HashMap, path::Path, sync::Arc};
 
 use crate::{
     assets::{
         Files,
         camera_path::{self, CameraPathFormat, ValueColumns, load_values},
     },
-    batch::Request,
-    describe::{SceneDesc, ValueFile, Values},
+    batch::{DenoiseOptions, Request},
+    describe::{RandomDesc, SceneDesc, ValueFile, ValueSource, Values},
     error::Error,
 };
 
-/// Reads the tables of values of a job; `of_scene` is that of its scene file.
+/// Reads the sources of values of a job: those of the scene file `scene`, or of a model by itself, which has its path alone, and of the
+/// request.
 pub(in crate::batch) fn tables(
-    of_scene: Option<PathBuf>,
+    scene: Result<&SceneDesc, &Path>,
     request: &Request,
     inputs: &Files,
-) -> Result<Vec<ValueFile>, Error> {
+) -> Result<Vec<ValueSource>, Error> {
     let options = request.path_options(None);
+    let of_scene = scene.ok().and_then(|desc| Some((desc, desc.values.as_ref()?)));
+    let of_scene = of_scene.map(|(desc, file)| desc.folder().join(file.get_ref()));
     let table = request
         .values
         .clone()
@@ -29,7 +32,7 @@ pub(in crate::batch) fn tables(
         .clone()
         .filter(|path| CameraPathFormat::of_path(path).is_none_or(CameraPathFormat::holds_values))
         .map(|path| (path, ValueColumns::BesideCamera));
-    let mut files = Vec::new();
+    let mut sources = Vec::new();
     for (path, which) in table.into_iter().chain(camera_path) {
         let table = load_values(&path, which, &options, inputs);
         if which == ValueColumns::BesideCamera && table.is_err() {
@@ -38,28 +41,48 @@ pub(in crate::batch) fn tables(
         }
         let table = table?;
         if !table.columns.is_empty() {
-            files.push(ValueFile { path, table });
+            sources.push(ValueSource::Table(ValueFile { path, table }));
         }
     }
-    Ok(files)
+    let random = match (&request.random, scene) {
+        (Some(path), _) => Some(RandomDesc::load(path, &request.overrides, |path| inputs.read(path))?),
+        (None, Ok(desc)) => desc.random.clone(),
+        (None, Err(model)) => {
+            let own = RandomDesc::of_overrides(model, &request.overrides);
+            Some(own.map_err(Error::Invalid)?)
+        }
+    };
+    let random = random.filter(|random| !random.draws.is_empty());
+    sources.extend(random.map(|random| ValueSource::Random(Arc::new(random))));
+    Ok(sources)
 }
 
-/// The values of these tables, if there are any.
-pub(in crate::batch) fn values(desc: &SceneDesc, files: &[ValueFile]) -> Result<Option<Arc<Values>>, Error> {
-    if files.is_empty() {
+/// The request of a job with these sources. Frames whose values are drawn each by itself do not help to denoise each other.
+pub(in crate::batch) fn independent<'r>(request: &'r Request, sources: &[ValueSource]) -> Cow<'r, Request> {
+    let are_drawn = sources.iter().any(|source| matches!(source, ValueSource::Random(_)));
+    let mut request = Cow::Borrowed(request);
+    if are_drawn && request.denoise.is_some() {
+        request.to_mut().denoise = request.denoise.clone().map(|own| DenoiseOptions { temporal: 0, ..own });
+    }
+    request
+}
+
+/// The values of these sources, if there are any.
+pub(in crate::batch) fn values(desc: &SceneDesc, sources: &[ValueSource]) -> Result<Option<Arc<Values>>, Error> {
+    if sources.is_empty() {
         return Ok(None);
     }
     let mut known = HashMap::new();
-    for file in files {
-        for column in &file.table.columns {
-            if let Some(other) = known.insert(column.name.clone(), file.path.clone()) {
+    for source in sources {
+        for name in source.names() {
+            if let Some(other) = known.insert(name, source.path()) {
                 return Err(Error::SetTwice {
-                    path: file.path.clone(),
-                    name: column.name.clone(),
+                    path: source.path().to_owned(),
+                    name: name.to_owned(),
                     other: other.display().to_string(),
                 });
             }
         }
     }
-    Ok(Some(Arc::new(Values::new(desc, files)?)))
+    Ok(Some(Arc::new(Values::new(desc, sources)?)))
 }

@@ -9,7 +9,7 @@ use super::{
 use crate::{
     assets::Store,
     camera::{Camera, FilmSize, LensOverrides, LookAt, Pose, SceneCamera},
-    describe::{SceneDesc, ValueFile},
+    describe::{SceneDesc, ValueSource},
     error::Error,
     math::{DAabb, DVec3},
 };
@@ -24,7 +24,7 @@ const IN_AXIS: f64 = 1e-6;
 pub(in crate::batch) fn view_bounds(
     desc: &SceneDesc,
     store: &Store,
-    (tables, fps): (&[ValueFile], f64),
+    (tables, fps): (&[ValueSource], f64),
 ) -> Result<DAabb, Error> {
     let values = super::values::values(desc, tables)?;
     let (bounds, _) = bounds_at((desc, store), (values.as_deref(), fps), FIRST as f64)?;

@@ -4,7 +4,7 @@ use std::{collections::HashSet, fs, path::Path};
 
 use serde::de::DeserializeOwned;
 
-use super::metadata::calibrated;
+use super::{draws::draws, metadata::calibrated};
 use crate::{
     assets::camera_path::{
         keys::Intrinsics,
@@ -60,7 +60,11 @@ pub(super) fn of_job(
             &calibrated(&rig.camera(plan, frame))?,
             window,
         );
-        Frame::new(&still).map_err(Error::Usage)
+        let own = Frame::new(&still).map_err(Error::Usage)?;
+        Ok::<_, Error>(Frame {
+            values: draws(plan.values.as_deref(), frame.number),
+            ..own
+        })
     };
     let first = plan.all_frames().first();
     let first = first.map(|frame| calibrated(&rig.camera(plan, frame))).transpose()?;

@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use super::*;
 use crate::{
     assets::camera_path::{CameraPathOptions, ValueColumns},
-    describe::{MovingDesc, Source, parse},
+    describe::{MovingDesc, Source, ValueSource, parse},
 };
 
 const SCENE: &str = "[background]\nenvironment = { file = 'sky.exr' }\n\
@@ -30,7 +30,7 @@ fn read_for(scene: &SceneDesc, table: &str) -> Result<Values, String> {
     let path = PathBuf::from("v.csv");
     let table = ValueTable::read(table.as_bytes(), ValueColumns::All, &options);
     let table = table.map_err(|problems| problems.messages())?;
-    Values::new(scene, &[ValueFile { path, table }]).map_err(|e| e.to_string())
+    Values::new(scene, &[ValueSource::Table(ValueFile { path, table })]).map_err(|e| e.to_string())
 }
 
 fn at(table: &str, frames: &[f64]) -> Vec<String> {
@@ -93,7 +93,7 @@ fn one_number_of_a_list_by_two_letters_is_refused_with_both() {
 #[test]
 fn times_are_frames_by_the_frame_rate() {
     let values = read("time,light.key.point.intensity\n0.1,1\n0.32,2\n").expect("values");
-    assert_eq!(values.frames(), 1..=3);
+    assert_eq!(values.frames(), Some(1..=3));
     assert_eq!(values.at(3.2), ["2.0"]);
 }
 

@@ -41,7 +41,7 @@ struct Table {
     registries: &'static [Registry],
 }
 
-const TABLES: [Table; 8] = [
+const TABLES: [Table; 9] = [
     Table {
         name: "render",
         header: "[render]",
@@ -153,6 +153,13 @@ const TABLES: [Table; 8] = [
             source: "src/light",
             kinds: LightDesc::NAMES,
         }],
+    },
+    Table {
+        name: "random",
+        header: "[random]",
+        source: "src/describe/random.rs",
+        item: "pub struct RandomDesc",
+        registries: &[],
     },
     Table {
         name: "output",

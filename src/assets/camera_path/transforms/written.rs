@@ -1,6 +1,6 @@
 //! `transforms.json` as it is written, and read again where several jobs write it.
 
-use std::borrow::Cow;
+use std::{borrow::Cow, collections::BTreeMap};
 
 use glam::{DMat3, DVec3};
 use serde::{Deserialize, Serialize};
@@ -47,6 +47,9 @@ pub struct Frame {
     #[serde(flatten)]
     pub distortion: Coefficients,
     pub transform_matrix: [[f64; 4]; 4],
+    /// The values that were drawn for the picture, by their names.
+    #[serde(skip_serializing_if = "Option::is_none", default)]
+    pub values: Option<BTreeMap<String, Value>>,
 }
 
 /// Coefficients under their names.
@@ -138,6 +141,7 @@ impl Frame {
             h: None,
             distortion: lens.distortion.into(),
             transform_matrix: [row(0), row(1), row(2), [0.0, 0.0, 0.0, 1.0]],
+            values: None,
         })
     }
 }
