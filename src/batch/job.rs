@@ -393,11 +393,16 @@ impl Job {
     /// Finds out, and changes nothing, whether a file that the job writes is one that it has read so far, is written twice, or
     /// exists and is to stay, and whether its filter can be loaded.
     pub fn compare_files(&self) -> Result<(), Error> {
-        targets::refuse(&self.plan, self.files())?;
+        self.check_files()?;
         if let Some(denoise) = self.plan.denoises() {
             denoise::load(&denoise.options.filter)?;
         }
         Ok(())
+    }
+
+    /// Finds out the same, but for the filter.
+    pub fn check_files(&self) -> Result<(), Error> {
+        targets::refuse(&self.plan, self.files())
     }
 
     /// Renders all frames of `scene`, which [`Job::load`] returned, as [`run()`] does, and denoises them if the plan says so. Where the

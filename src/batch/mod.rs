@@ -29,6 +29,7 @@ pub use plan::{
     existing::Existing,
     if_busy::IfBusy,
     part::{JobPart, PartBase, PartOrder, PartSpec},
+    patterns::named_files,
     picture::PicturePlan,
     range::{self, FrameRange},
     request::{Policy, Request, TakenFrames},

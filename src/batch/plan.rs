@@ -120,6 +120,10 @@ pub struct FilePlan {
     pub picture: Option<FilePattern>,
     /// The files beside the pictures.
     pub sidecars: Vec<Sidecar>,
+    /// The eye that their names have.
+    pub eye: Option<&'static str>,
+    /// A pattern with `{eye}`, where there is no eye: such a job has no files.
+    pub lacks_eye: Option<String>,
     /// Files that the caller writes beside those.
     pub files_of_caller: Vec<PathBuf>,
     /// The denoising of the frames, if any.
@@ -289,7 +293,7 @@ impl Plan {
     /// The path of a file beside the pictures; `None` where there are none.
     pub(super) fn sidecar_path(&self, sidecar: Sidecar) -> Option<PathBuf> {
         let first = self.all_frames().first()?;
-        Some(sidecar.path(&self.files.picture.as_ref()?.path(first.number)))
+        Some(sidecar.path(&self.files.picture.as_ref()?.path(first.number), self.files.eye))
     }
 
     /// The coverage of pictures by this plan. `fills_film` tells whether every point of the picture has a camera ray, in all
@@ -349,6 +353,8 @@ impl FilePlan {
             encoding,
             picture: patterns.picture().cloned(),
             sidecars: Sidecar::with_sources(&request.metadata),
+            eye: patterns.eye,
+            lacks_eye: patterns.lacks_eye.clone(),
             has_arrays: patterns.has_arrays(),
             has_png_ids: request.png_ids.is_some(),
             files_of_caller: request.files_of_caller.clone(),

@@ -80,6 +80,13 @@ impl Side {
     }
 }
 
+impl StereoEye {
+    /// The eye that it is.
+    pub fn side(&self) -> Side {
+        if self.offset < 0.0 { Side::Left } else { Side::Right }
+    }
+}
+
 impl Stereo {
     /// The eyes of the wanted pictures: `None` is that of both.
     pub fn pictures(&self) -> Vec<Option<Side>> {

@@ -26,6 +26,8 @@ const PAUSE: u32 = 50;
 /// The files of a command, with the figures so far.
 pub struct AllScenes {
     json: Option<PathBuf>,
+    /// The word for a scene: an eye in stereo.
+    noun: &'static str,
     /// The folder of the page. The page of each scene is in the folder of its name there.
     page: Option<PathBuf>,
     /// Whether other processes may write the files as well.
@@ -72,10 +74,10 @@ impl SceneFigures<'_> {
 }
 
 impl AllScenes {
-    /// The files with these paths, if any, of scenes with these names and paths. With `joins` other processes may write them as well.
+    /// The files with these paths, if any, of scenes with this word for one, and these names and paths. With `joins` other processes may write them as well.
     pub fn new(
         [json, page]: [Option<&PathBuf>; 2],
-        scenes: impl Iterator<Item = (String, String)>,
+        (noun, scenes): (&'static str, impl Iterator<Item = (String, String)>),
         joins: bool,
     ) -> Option<Self> {
         let scene = |(name, scene)| Scene {
@@ -92,6 +94,7 @@ impl AllScenes {
         };
         (json.is_some() || page.is_some()).then(|| Self {
             json: json.cloned(),
+            noun,
             page: page.cloned(),
             joins,
             start: Instant::now(),
@@ -174,7 +177,10 @@ impl AllScenes {
         let json = json.map(|path| self.write_json(path, &mut state.scenes, of_all));
         let page = self.page.as_ref().map(|folder| {
             let rows = state.scenes.iter().map(|scene| (&scene.report, scene.row.as_ref()));
-            write_text(&folder.join(PAGE), &scenes_page(of_all, self.start.elapsed(), rows))
+            write_text(
+                &folder.join(PAGE),
+                &scenes_page(self.noun, of_all, self.start.elapsed(), rows),
+            )
         });
         (state.written, state.took) = (Instant::now(), begin.elapsed());
         let written = [("--stats", json), ("--report", page)].into_iter();

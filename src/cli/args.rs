@@ -99,7 +99,7 @@ pub enum Command {
     #[command(after_long_help = super::convert_args::EXAMPLES)]
     ConvertCamera(super::convert_args::ConvertArgs),
     /// Write a job for a farm: a batch script of Slurm, or a template of OpenJD
-    #[command(after_long_help = super::examples::SUBMIT)]
+    #[command(after_long_help = super::examples::SUBMIT, mut_args = super::submit_help::shown)]
     Submit(Box<SubmitArgs>),
     /// Fly the camera through a scene on a page in the browser, and keep its path
     #[cfg(feature = "viewer")]

@@ -30,11 +30,13 @@ pub struct Events<'a> {
     source: Vec<(&'static str, String)>,
     /// The finished part of each frame, in halves: it is rendered, and it has come to its end.
     halves: Mutex<BTreeMap<i32, u32>>,
+    /// The number of jobs of the command before this one, and of all.
+    share: (usize, usize),
 }
 
 impl<'a> Events<'a> {
-    /// The events of a job, whose pictures are those of this eye in stereo.
-    pub fn new(format: EventFormat, job: &'a Job, eye: Option<Side>) -> Self {
+    /// The events of a job, whose pictures are those of this eye in stereo, after so many jobs of the command, and of so many.
+    pub fn new(format: EventFormat, job: &'a Job, eye: Option<Side>, share: (usize, usize)) -> Self {
         let scene = ("scene", job.desc.source.path.display().to_string());
         let eye = eye.map(|side| ("eye", side.name().to_owned()));
         Self {
@@ -42,6 +44,7 @@ impl<'a> Events<'a> {
             plan: &job.plan,
             source: [scene].into_iter().chain(eye).collect(),
             halves: Mutex::default(),
+            share,
         }
     }
 
@@ -77,6 +80,9 @@ impl<'a> Events<'a> {
             all.insert(*frame, halves);
             let done = f64::from(all.values().sum::<u32>());
             let part = 0.5 * done / self.plan.frames.len().max(1) as f64;
+            let (before, jobs) = self.share;
+            // The jobs that follow are not loaded yet: each counts as much as any other.
+            let part = (before as f64 + part) / jobs as f64;
             say(&format!("openjd_progress: {:.1}", 100.0 * part));
         }
     }

@@ -2,7 +2,7 @@
 
 use batch_render::error::{Blame, Error};
 
-use super::{failures::FramesFailed, signals, stream::PipeClosed};
+use super::{failures::FramesFailed, scene_failures::ScenesFailed, signals, stream::PipeClosed};
 
 pub const OK: u8 = 0;
 /// Wrong usage; the same command will fail again.
@@ -27,6 +27,12 @@ const OTHER: u8 = 1;
 pub fn code(error: &anyhow::Error) -> u8 {
     if error.is::<PipeClosed>() {
         return PIPE_CLOSED;
+    }
+    if error
+        .downcast_ref::<ScenesFailed>()
+        .is_some_and(|failed| failed.are_busy)
+    {
+        return BUSY;
     }
     let blame = match error.downcast_ref::<FramesFailed>() {
         Some(failed) => failed.blame,

@@ -116,6 +116,7 @@ fn render(args: &RenderArgs, turn: Turn<'_>) -> anyhow::Result<()> {
         took,
         ..
     } = opened;
+    turn.written.add(&path, &job.plan, &args.of_command)?;
     log_settings(&job, pool.current_num_threads());
     let (plan, cancel) = (&job.plan, Arc::new(Cancel::default()));
     let stream = outlets
@@ -185,7 +186,7 @@ fn render(args: &RenderArgs, turn: Turn<'_>) -> anyhow::Result<()> {
         _ => None,
     };
     let eye = args.views.stereo.and_then(|stereo| stereo.side);
-    let events = format.map(|format| Events::new(format, &job, eye));
+    let events = format.map(|format| Events::new(format, &job, eye, turn.share));
     let mut observers = Observers(vec![&progress]);
     observers
         .0

@@ -12,7 +12,7 @@ use std::{
 use batch_render::error::Error;
 use clap::{Arg, ArgAction, ArgMatches, CommandFactory, parser::ValueSource};
 
-use super::args::Args;
+use super::{args::Args, standard_input::STANDARD_INPUT};
 
 /// The arguments of a command line, after the subcommand.
 #[derive(Clone, Debug)]
@@ -87,6 +87,37 @@ impl Replay {
         self
     }
 
+    /// Replaces the value of each flag that has one by what `value` makes of the long name and it. What is not UTF-8 is kept.
+    pub fn map_values(mut self, value: impl Fn(&str, &str) -> String) -> Self {
+        for (flag, word) in &mut self.words {
+            let Some(flag) = flag else { continue };
+            let start = format!("--{flag}=");
+            if let Some(old) = word.to_str().and_then(|word| word.strip_prefix(&start)) {
+                *word = assignment(flag, value(flag, old).as_ref());
+            }
+        }
+        self
+    }
+
+    /// The values of flags, with their long names, as far as they are UTF-8.
+    pub fn values(&self) -> impl Iterator<Item = (&str, &str)> {
+        self.words.iter().filter_map(|(flag, word)| {
+            let flag = flag.as_deref()?;
+            let value = word
+                .to_str()?
+                .strip_prefix("--")?
+                .strip_prefix(flag)?
+                .strip_prefix('=')?;
+            Some((flag, value))
+        })
+    }
+
+    /// The command line, with the program.
+    pub fn command_line(self) -> Vec<OsString> {
+        let program = self.program.clone();
+        [program].into_iter().chain(self.arguments()).collect()
+    }
+
     /// Adds a flag without a value, unless it is there.
     pub fn with_flag(self, flag: &str) -> Self {
         let mut new = self.without(&[flag]);
@@ -106,8 +137,7 @@ impl Replay {
 
     /// The line for a shell, which begins with this program.
     pub fn shell_line(self) -> String {
-        let program = self.program.clone();
-        let words: Vec<String> = [program].iter().chain(&self.arguments()).map(quoted).collect();
+        let words: Vec<String> = self.command_line().iter().map(quoted).collect();
         words.join(" ")
     }
 }
@@ -144,7 +174,7 @@ fn assignment(flag: &str, value: &OsStr) -> OsString {
 
 /// A path as a positional argument, which no parser takes for a flag.
 fn positional(path: &OsStr) -> OsString {
-    if path.as_encoded_bytes().starts_with(b"-") {
+    if path.as_encoded_bytes().starts_with(b"-") && path != STANDARD_INPUT {
         Path::new(".").join(path).into()
     } else {
         path.to_owned()

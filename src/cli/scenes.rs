@@ -1,45 +1,36 @@
 //! Several scenes in one command, rendered one after the other. The next one is loaded meanwhile.
 //!
-//! `{scene}` in any argument stands for the name of the scene: its file without the ending, with the folders that tell it from the
-//! others. The two eyes of stereo are rendered in the same way, unless one picture shows both, and `{eye}` is the name of theirs.
+//! The two eyes of stereo are rendered in the same way, unless one picture shows both: see [`turns`](super::turns).
 
 use std::{
-    collections::HashSet,
-    ffi::{OsStr, OsString},
     fs,
     path::{Path, PathBuf},
     sync::Arc,
 };
 
 use batch_render::{
-    camera::stereo::Side,
     error::{Blame, Error},
     render::Cancelled,
     simd::Isa,
+    warnings::Warnings,
 };
-use clap::Parser as _;
 
 use super::{
     ahead::Ahead,
     all_scenes::{AllScenes, SceneFigures},
-    args::{Args, RenderArgs},
+    args::RenderArgs,
     choices::{DenoiseStep, ProgressKind},
     failures::FramesFailed,
     figures::State,
     log,
+    opened::Opened,
     progress::say,
     replay::Replay,
-    request::files_of_caller,
+    scene_failures::ScenesFailed,
     signals,
     standard_input::STANDARD_INPUT,
-    summary::plural,
+    turns::{SceneTurn, Written, is_plain, refuse_shared_names, turns},
 };
-
-/// Stands for the name of a scene.
-const NAME: &str = "{scene}";
-
-/// Stands for the name of an eye.
-const EYE: &str = "{eye}";
 
 /// The turn of a scene.
 pub struct Turn<'a> {
@@ -47,10 +38,14 @@ pub struct Turn<'a> {
     pub quiet: bool,
     /// This scene, if it is loaded already, and the next.
     pub ahead: &'a mut Ahead,
+    /// The files of the scenes before it.
+    pub written: &'a mut Written,
     /// Its place among the figures of all scenes, if they are kept together.
     pub figures: Option<SceneFigures<'a>>,
     /// The command that renders this scene alone.
     pub typed: &'a Replay,
+    /// The number of turns before it, and of all.
+    pub share: (usize, usize),
 }
 
 /// Renders one scene.
@@ -63,70 +58,51 @@ type Render = fn(&RenderArgs, Turn<'_>) -> anyhow::Result<()>;
 /// # Errors
 /// Two scenes would write one file, scenes have failed, or a signal has come.
 pub fn run(args: &RenderArgs, (simd, quiet): (Isa, bool), render: Render) -> anyhow::Result<()> {
-    let words: Vec<OsString> = std::env::args_os().collect();
+    let typed = Replay::of_process()?;
     let alone = |args: &RenderArgs| {
-        let (ahead, typed) = (&mut Ahead::default(), &Replay::of_process()?);
         let turn = Turn {
             simd,
             quiet,
-            ahead,
+            ahead: &mut Ahead::default(),
+            written: &mut Written::default(),
             figures: None,
-            typed,
+            typed: &typed,
+            share: (0, 1),
         };
         render(args, turn)
     };
-    let is_pair = args.views.stereo.is_some_and(|stereo| stereo.pictures().len() > 1);
-    if args.more.is_empty() && !is_pair && !words.iter().any(|word| has_name(word)) {
+    if is_plain(args, &typed) {
         return alone(args);
     }
-    let scenes: Vec<&Path> = args.scene.iter().chain(&args.more).map(PathBuf::as_path).collect();
-    let names = names(&scenes)?;
-    let sides: Vec<Option<Side>> = match args.views.stereo {
-        Some(stereo) => stereo.pictures(),
-        None => vec![None],
-    };
-    // The eyes of a scene come one after the other.
-    let named = scenes.iter().zip(&names);
-    let turns: Vec<_> = named
-        .flat_map(|own| sides.iter().map(move |side| (own, *side)))
-        .collect();
-    let named = turns.iter().map(|((_, name), side)| words_of(&words, name, *side));
-    let words: Vec<Vec<OsString>> = named.collect();
-    let of_scenes = turns.iter().zip(&words);
-    let of_scenes = of_scenes.map(|(((scene, _), side), words)| of_scene(words, scene, *side));
-    let mut of_scenes: Vec<RenderArgs> = of_scenes.collect::<Result<_, _>>()?;
-    let names = turns.iter().map(|((_, name), side)| match side {
-        Some(side) if sides.len() > 1 => format!("{name}/{}", side.name()),
-        _ => (*name).clone(),
-    });
-    let names: Vec<String> = names.collect();
-    let scenes: Vec<&Path> = turns.iter().map(|((scene, _), _)| **scene).collect();
-    if let [only] = &of_scenes[..] {
-        return alone(only);
+    let mut turns = turns(args, &typed)?;
+    if let [only] = &turns[..] {
+        return alone(&only.args);
     }
-    let all = together(&mut of_scenes, &names);
-    check(&scenes, &of_scenes, all.as_ref())?;
+    let all = together(&mut turns);
+    check(&turns, all.as_ref(), simd)?;
     let writes = !(args.check || args.dry_run || args.existing.list_stale);
     if !writes && let Some(all) = &all {
-        of_scenes[0].of_command = all.files().collect();
+        turns[0].args.of_command = all.files().collect();
+    }
+    let is_new = writes && args.existing.fail_existing;
+    if is_new {
+        turns.iter().try_for_each(|own| refuse_existing(own, simd))?;
     }
     let all = all.filter(|_| writes);
     if let Some(all) = &all {
-        let is_new = args.existing.fail_existing && !is_chunk(args);
+        let is_new = is_new && !is_chunk(args);
         all.check(is_new)?;
         // Those that are to be new are there once the first scene has written them.
         let of_command = all.files().filter(|_| !is_new);
         let of_command: Vec<PathBuf> = of_command.collect();
-        of_scenes
-            .iter_mut()
-            .for_each(|own| own.of_command.clone_from(&of_command));
+        for own in &mut turns {
+            own.args.of_command.clone_from(&of_command);
+        }
     }
-    let typed = words.into_iter().zip(&of_scenes);
-    let typed: Vec<Replay> = typed
-        .map(|(words, own)| command(words, own))
-        .collect::<Result<_, _>>()?;
-    let of_scenes = of_scenes.into_iter().map(Arc::new).zip(typed).collect();
-    let result = each((&scenes, of_scenes), (simd, quiet), all.as_ref(), render);
+    for own in &mut turns {
+        own.typed = command(own.typed.clone(), &own.args);
+    }
+    let result = each(turns, (simd, quiet), all.as_ref(), render);
     let errors = all
         .map(|all| all.finish(State::of_command(&result)))
         .unwrap_or_default();
@@ -136,37 +112,45 @@ pub fn run(args: &RenderArgs, (simd, quiet): (Isa, bool), render: Render) -> any
     first.map_or(Ok(()), Err)
 }
 
+/// Refuses files of frames that exist. Whatever else is wrong with the scene is told in its turn.
+fn refuse_existing(own: &SceneTurn, simd: Isa) -> Result<(), Error> {
+    let opened = Opened::new(&own.args, simd, &Warnings::default(), |_| {});
+    match opened.map(|opened| opened.job.compare_files()) {
+        Ok(Err(error @ Error::Exists { .. })) => Err(error),
+        _ => Ok(()),
+    }
+}
+
 /// Renders one scene after the other.
 fn each(
-    (scenes, of_scenes): (&[&Path], Vec<(Arc<RenderArgs>, Replay)>),
+    turns: Vec<SceneTurn>,
     (simd, quiet): (Isa, bool),
     all: Option<&AllScenes>,
     render: Render,
 ) -> anyhow::Result<()> {
-    let progress = of_scenes[0].0.progress;
+    let progress = turns[0].args.progress;
     let is_told = !quiet && !matches!(progress, ProgressKind::None | ProgressKind::Json | ProgressKind::Openjd);
-    let (mut ahead, mut failed) = (Ahead::default(), Vec::new());
-    for (i, (scene, (own, typed))) in scenes.iter().zip(&of_scenes).enumerate() {
+    let noun = noun(&turns);
+    let labels: Vec<String> = turns.iter().map(SceneTurn::label).collect();
+    let turns: Vec<(Arc<RenderArgs>, Replay)> = turns.into_iter().map(|own| (Arc::new(own.args), own.typed)).collect();
+    let (mut ahead, mut written) = (Ahead::default(), Written::default());
+    let mut failed = ScenesFailed::new(noun, turns.len());
+    for (i, (label, (own, typed))) in labels.into_iter().zip(&turns).enumerate() {
         if signals::is_received() {
             return Err(Error::Cancelled(Cancelled).into());
         }
         if is_told {
-            let side = own.views.stereo.and_then(|stereo| stereo.side);
-            let eye = side.map_or_else(String::new, |side| format!(", {} eye", side.name()));
-            say(&format!(
-                "scene {} of {}: {}{eye}",
-                i + 1,
-                scenes.len(),
-                scene.display()
-            ));
+            say(&format!("{noun} {} of {}: {label}", i + 1, turns.len()));
         }
-        ahead.set_next(of_scenes.get(i + 1).map(|(next, _)| Arc::clone(next)));
+        ahead.set_next(turns.get(i + 1).map(|(next, _)| Arc::clone(next)));
         let turn = Turn {
             simd,
             quiet,
             ahead: &mut ahead,
+            written: &mut written,
             figures: all.map(|all| all.scene(i)),
             typed,
+            share: (i, turns.len()),
         };
         let result = render(own, turn);
         if let Some(all) = all {
@@ -177,41 +161,38 @@ fn each(
             Err(error) if own.fail_fast || ends_the_command(&error, i == 0) => return Err(error),
             Err(error) => {
                 log::report(&error);
-                failed.push(scene.display().to_string());
+                failed.add(label, &error);
             }
         }
     }
-    match &failed[..] {
-        [] => Ok(()),
-        failed => anyhow::bail!(
-            "{} of {} failed: {}",
-            failed.len(),
-            plural(scenes.len(), "scene"),
-            failed.join(", ")
-        ),
+    failed.check()
+}
+
+/// The word for a turn of these.
+fn noun(turns: &[SceneTurn]) -> &'static str {
+    if turns.iter().any(|own| own.side.is_some()) {
+        "eye"
+    } else {
+        "scene"
     }
 }
 
 /// The files of figures that several scenes keep together, since their names are those of all scenes. The arguments of the scenes have
 /// none of them afterwards, but a folder in that of the page.
-fn together(of_scenes: &mut [RenderArgs], names: &[String]) -> Option<AllScenes> {
+fn together(turns: &mut [SceneTurn]) -> Option<AllScenes> {
     let shared = |file: fn(&RenderArgs) -> &Option<PathBuf>| {
-        let (first, second) = (file(&of_scenes[0]).as_ref()?, file(&of_scenes[1]).as_ref());
+        let (first, second) = (file(&turns[0].args).as_ref()?, file(&turns[1].args).as_ref());
         (second == Some(first)).then(|| first.clone())
     };
     let [json, page] = [shared(|own| &own.stats), shared(|own| &own.report)];
-    let joins = is_chunk(&of_scenes[0])
-        || of_scenes[0].existing.skip_existing
-        || of_scenes[0].denoise_step == Some(DenoiseStep::Denoise);
-    let scenes = names.iter().cloned().zip(of_scenes.iter().map(|own| {
-        let scene = own.scene.as_deref().unwrap_or(Path::new(""));
-        scene.display().to_string()
-    }));
-    let all = AllScenes::new([json.as_ref(), page.as_ref()], scenes, joins)?;
-    for (own, name) in of_scenes.iter_mut().zip(names) {
-        own.stats.take_if(|_| json.is_some());
+    let first = &turns[0].args;
+    let joins = is_chunk(first) || first.existing.skip_existing || first.denoise_step == Some(DenoiseStep::Denoise);
+    let scenes = turns.iter().map(|own| (own.path(), own.scene.display().to_string()));
+    let all = AllScenes::new([json.as_ref(), page.as_ref()], (noun(turns), scenes), joins)?;
+    for own in turns {
+        own.args.stats.take_if(|_| json.is_some());
         if let Some(folder) = &page {
-            own.report = Some(folder.join(name));
+            own.args.report = Some(folder.join(own.path()));
         }
     }
     Some(all)
@@ -235,153 +216,44 @@ fn ends_the_command(error: &anyhow::Error, is_first: bool) -> bool {
     }
 }
 
-fn has_name(word: &OsStr) -> bool {
-    let word = word.to_string_lossy();
-    word.contains(NAME) || word.contains(EYE)
-}
-
-/// The words of the command for the scene of this name, or for an eye of it.
-fn words_of(words: &[OsString], name: &str, side: Option<Side>) -> Vec<OsString> {
-    let own = words.iter().map(|word| match word.to_str() {
-        Some(text) => {
-            let text = text.replace(NAME, name);
-            side.map_or_else(|| text.clone(), |side| text.replace(EYE, side.name()))
-                .into()
-        }
-        None => word.clone(),
-    });
-    own.collect()
-}
-
-/// The arguments for one scene, or for an eye of it, of which these are the words.
-fn of_scene(words: &[OsString], scene: &Path, side: Option<Side>) -> anyhow::Result<RenderArgs> {
-    let mut render = Args::try_parse_from(words)?.render;
-    render.scene = Some(scene.to_owned());
-    render.more.clear();
-    if let Some(stereo) = &mut render.views.stereo {
-        stereo.side = side;
-    }
-    Ok(render)
-}
-
-/// The command that renders one scene with these arguments, made of its words. It writes no figures over those of all scenes.
-fn command(words: Vec<OsString>, own: &RenderArgs) -> Result<Replay, Error> {
-    let mut typed = Replay::parse(words)?.with_scene(own.scene.as_deref().expect("each scene has a path"));
-    if let Some(stereo) = own.views.stereo {
-        typed = typed.with("stereo", stereo.to_string());
-    }
-    if own.stats.is_none() {
-        typed = typed.without(&["stats"]);
-    }
-    Ok(match &own.report {
+/// The command that renders one scene alone, of these arguments. It writes no figures over those of all scenes.
+fn command(typed: Replay, own: &RenderArgs) -> Replay {
+    let typed = if own.stats.is_none() {
+        typed.without(&["stats"])
+    } else {
+        typed
+    };
+    match &own.report {
         Some(folder) => typed.with("report", folder),
         None => typed,
-    })
+    }
 }
 
 /// Refuses what several scenes cannot share.
-fn check(scenes: &[&Path], args: &[RenderArgs], all: Option<&AllScenes>) -> Result<(), Error> {
-    let refuse = |message: String| Err(Error::Usage(message));
-    if scenes.contains(&Path::new(STANDARD_INPUT)) {
-        return refuse("standard input (-) is one scene: name the others in commands of their own".to_owned());
+fn check(turns: &[SceneTurn], all: Option<&AllScenes>, simd: Isa) -> Result<(), Error> {
+    let refuse = |message: &str| Err(Error::Usage(message.to_owned()));
+    let is_one = turns.iter().all(|own| own.scene == turns[0].scene);
+    if turns.iter().any(|own| own.scene == Path::new(STANDARD_INPUT)) {
+        return refuse(match is_one {
+            true => {
+                "standard input (-) is read once, and each eye reads the scene: render each by a command (eye=left), or a file"
+            }
+            false => "standard input (-) is one scene: name the others in commands of their own",
+        });
     }
-    if args[0].settings.has_stream {
-        return refuse("-o -: standard output holds the frames of one scene".to_owned());
+    if turns[0].args.settings.has_stream {
+        return refuse(match is_one {
+            true => "-o -: standard output holds the frames of one eye: render each by a command (eye=left)",
+            false => "-o -: standard output holds the frames of one scene",
+        });
     }
     let is_same = |a: &Path, b: &Path| fs::canonicalize(a).is_ok_and(|a| fs::canonicalize(b).is_ok_and(|b| a == b));
-    for output in all.iter().flat_map(|all| all.files()) {
-        if let Some(scene) = scenes.iter().find(|scene| is_same(scene, &output)) {
-            let input = scene.to_path_buf();
+    let of_command: Vec<PathBuf> = all.iter().flat_map(|all| all.files()).collect();
+    for output in &of_command {
+        if let Some(own) = turns.iter().find(|own| is_same(&own.scene, output)) {
+            let (output, input) = (output.clone(), own.scene.clone());
             return Err(Error::OverwritesInput { output, input });
         }
     }
-    let mut written: HashSet<PathBuf> = all.iter().flat_map(|all| all.files()).collect();
-    for own in args {
-        if let Some(path) = &written_by(own).into_iter().find(|path| !written.insert(path.clone())) {
-            let of_scene = args.iter().filter(|other| other.scene == own.scene);
-            let (who, name) = match of_scene.filter(|other| written_by(other).contains(path)).count() {
-                0 | 1 => ("several scenes", NAME),
-                _ => ("both eyes", EYE),
-            };
-            let path = path.display();
-            return refuse(format!(
-                "{who} would write {path}: tell their files apart by {name} in the name"
-            ));
-        }
-    }
-    Ok(())
-}
-
-/// The patterns of the files that a job writes by its arguments.
-fn written_by(args: &RenderArgs) -> HashSet<PathBuf> {
-    let pictures = args.settings.files.iter().map(PathBuf::from);
-    let films: Vec<PathBuf> = args.settings.films.iter().map(PathBuf::from).collect();
-    let mut all: HashSet<PathBuf> = pictures.chain(files_of_caller(args, &films)).collect();
-    // Files beside the pictures are in the folder of the first of them.
-    let first = args.settings.files.first().map_or("", String::as_str);
-    let folder = Path::new(first).parent().unwrap_or(Path::new(""));
-    all.extend(args.metadata.iter().map(|name| folder.join(format!("{name}.json"))));
-    let maps = [
-        ("depth", &args.png_depth),
-        ("normals", &args.png_normals),
-        ("ids", &args.png_ids),
-    ];
-    for (name, pattern) in maps {
-        all.extend(pattern.as_ref().map(|pattern| match &pattern[..] {
-            "" => folder.join(format!("{name}.####.png")),
-            named => PathBuf::from(named),
-        }));
-    }
-    all
-}
-
-/// The name of each scene: its path without the ending and without the folders that are not needed to tell it from others.
-fn names(scenes: &[&Path]) -> Result<Vec<String>, Error> {
-    let parts = |scene: &Path| -> Vec<String> {
-        let whole = scene.with_extension("");
-        let parts = whole
-            .components()
-            .filter(|part| matches!(part, std::path::Component::Normal(_)));
-        parts
-            .map(|part| part.as_os_str().to_string_lossy().into_owned())
-            .collect()
-    };
-    let parts: Vec<Vec<String>> = scenes.iter().map(|scene| parts(scene)).collect();
-    let deepest = parts.iter().map(Vec::len).max().unwrap_or(0);
-    for depth in 1..=deepest {
-        let names: Vec<String> = parts
-            .iter()
-            .map(|parts| parts[parts.len().saturating_sub(depth)..].join("/"))
-            .collect();
-        if names.iter().collect::<HashSet<_>>().len() == names.len() {
-            return Ok(names);
-        }
-    }
-    let mut seen = HashSet::new();
-    let twice = scenes.iter().zip(&parts).find(|(_, parts)| !seen.insert(*parts));
-    let twice = twice.map_or(Path::new(""), |(scene, _)| scene);
-    Err(Error::Usage(format!(
-        "two scenes have the name of {} without its ending: render them by commands of their own",
-        twice.display()
-    )))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn names_are_as_long_as_it_takes_to_tell_scenes_apart() {
-        let of = |scenes: &[&str]| {
-            let paths: Vec<&Path> = scenes.iter().map(Path::new).collect();
-            names(&paths).map_err(|error| error.to_string())
-        };
-        let ok = |names: &[&str]| Ok(names.iter().map(|name| (*name).to_owned()).collect());
-        assert_eq!(of(&["a/car.v2.glb", "bike.toml"]), ok(&["car.v2", "bike"]));
-        assert_eq!(
-            of(&["a/x/scene.gltf", "b/x/scene.gltf", "/c/other.glb"]),
-            ok(&["a/x/scene", "b/x/scene", "c/other"])
-        );
-        assert!(of(&["car.glb", "car.obj"]).unwrap_err().contains("car.obj"));
-    }
+    refuse_shared_names(turns, &of_command, simd)
 }

@@ -34,8 +34,9 @@ impl SceneRow {
     }
 }
 
-/// The page of a command that is in this state after so many seconds.
+/// The page of a command that is in this state after so many seconds, with this word for a scene.
 pub fn scenes_page<'a>(
+    noun: &str,
     state: State,
     wall: Duration,
     scenes: impl Iterator<Item = (&'a SceneReport, Option<&'a SceneRow>)> + Clone,
@@ -51,13 +52,13 @@ pub fn scenes_page<'a>(
          content=\"width=device-width\">{}<title>{scenes}: {state}</title><style>{STYLE}td img{{width:6rem}}</style></head><body>\n\
          <h1>{scenes}</h1>\n<p>{state}: {finished} finished, {failed} failed, of {total}; {}</p>\n\
          <progress max=\"{total}\" value=\"{}\"></progress>\n<p class=\"faint\">batch-render {}</p>\n<code>{}</code>\n\
-         <table><tr><th>scene</th><th>state</th><th>frames</th><th>failed</th><th>time</th><th></th></tr>\n",
+         <table><tr><th>{noun}</th><th>state</th><th>frames</th><th>failed</th><th>time</th><th></th></tr>\n",
         refresh(state),
         seconds(wall),
         finished + failed,
         env!("CARGO_PKG_VERSION"),
         escape(&command.join(" ")),
-        scenes = plural(total, "scene"),
+        scenes = plural(total, noun),
         state = state.name(),
     );
     for (scene, row) in scenes {

@@ -30,15 +30,15 @@ use super::{
     progress::say,
     replay::Replay,
     request::request,
+    turns::{Written, refuse_shared_names, turns},
 };
 use task::{Step, Task};
 
-/// Flags that are not passed on: those of `submit` itself, and those that a step gets with values of its own.
-const OWN: [&str; 11] = [
-    "engine",
-    "bundle",
-    "chunk",
-    "run",
+/// Flags of `submit` itself.
+const FARM: [&str; 4] = ["engine", "bundle", "chunk", "run"];
+
+/// Flags that are not passed on beside these: a step gets them with values of its own.
+const OF_STEPS: [&str; 7] = [
     "range",
     "part-base",
     "progress",
@@ -159,7 +159,19 @@ fn task(args: &SubmitArgs, simd: Isa) -> anyhow::Result<Task> {
         let message = format!("--{flag} is not for a farm: each task skips the frames that it finds finished");
         return Err(Error::Usage(message).into());
     }
-    let job = Job::open(scene, &request(&args.render, &Outlets::new(&args.render)?, simd)?)?;
+    let typed = Replay::of_process()?;
+    let turns = turns(&args.render, &typed.clone().without(&FARM))?;
+    refuse_shared_names(&turns, &[], simd)?;
+    let mut written = Written::default();
+    let jobs = turns.iter().map(|own| -> Result<Job, Error> {
+        let job = Job::open(scene, &request(&own.args, &Outlets::new(&own.args)?, simd)?)?;
+        job.check_files()?;
+        written.add(scene, &job.plan, &[])?;
+        Ok(job)
+    });
+    let jobs: Vec<Job> = jobs.collect::<Result<_, _>>()?;
+    // Both eyes have the same frames.
+    let job = &jobs[0];
     let preview = args.render.preview.as_deref();
     if preview.is_some() && !shows_finished(&job.plan) {
         let message = "--preview on a farm is made of the files of all tasks: name some that can be shown, PNG, JPEG or EXR \
@@ -168,7 +180,7 @@ fn task(args: &SubmitArgs, simd: Isa) -> anyhow::Result<Task> {
     }
     let preview = preview.map(|path| farm_text(path.as_os_str())).transpose()?;
     let steps = Step::list(args.render.denoise.is_some(), existing.overwrite, preview);
-    let arguments = render_arguments(Replay::of_process()?)?;
+    let arguments = render_arguments(typed)?;
     let program = env::current_exe().context("cannot find this program")?;
     let folder = env::current_dir().context("cannot find the current folder")?;
     Ok(Task {
@@ -202,7 +214,7 @@ fn farm_text(word: &OsStr) -> anyhow::Result<&str> {
 
 /// The arguments of `submit` that are render options and choose no frames.
 fn render_arguments(typed: Replay) -> anyhow::Result<Vec<String>> {
-    let kept = typed.without(&OWN).arguments();
+    let kept = typed.without(&FARM).without(&OF_STEPS).arguments();
     kept.iter().map(|word| Ok(farm_text(word)?.to_owned())).collect()
 }
 

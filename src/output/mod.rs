@@ -18,6 +18,7 @@ mod join;
 mod jpeg_quality;
 pub mod jpg;
 mod metadata;
+pub mod names;
 pub mod npz;
 pub mod png;
 mod seal;

@@ -19,7 +19,7 @@ use super::{FORMATS, Format, format};
 use crate::value::{UnknownName, one_of};
 
 /// More places than any frame number has.
-const MOST_PLACES: usize = 16;
+pub(super) const MOST_PLACES: usize = 16;
 
 /// A pattern of file names with the format that it asks for.
 #[derive(Clone, Debug)]
@@ -105,6 +105,12 @@ impl FilePattern {
             .strip_suffix('-')
             .filter(|rest| rest.is_empty() || rest.ends_with('.'));
         name[sign.map_or(digits.len(), str::len)..].parse().ok()
+    }
+
+    /// The pattern with a field of one form, to compare patterns by: two that write the same file of each frame are equal.
+    pub fn comparable(&self) -> PathBuf {
+        let field = "#".repeat(self.places.unwrap_or(0));
+        plain(Path::new(&format!("{}{field}{}", self.before, self.after)))
     }
 
     /// The same names in a folder of this name, inside of their own.
@@ -232,14 +238,14 @@ fn plain(path: &Path) -> PathBuf {
 }
 
 /// A part of a file's name.
-enum Part {
+pub(super) enum Part {
     Plain(char),
     /// The frame's number, with this many places.
     Field(usize),
 }
 
 /// Returns the first part of `text`, which is not empty, and the number of bytes that it takes.
-fn part_at(text: &str) -> (usize, Part) {
+pub(super) fn part_at(text: &str) -> (usize, Part) {
     let digits = |from: usize| text[from..].bytes().take_while(u8::is_ascii_digit).count();
     // A number too large for `usize` is as wrong as any that is too large.
     let number = |from: usize, n: usize| match n {

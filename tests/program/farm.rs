@@ -211,3 +211,89 @@ fn an_array_that_many_clusters_refuse_is_warned_of() {
     let script = String::from_utf8(folder.read("50%j/frames.sbatch")).expect("UTF-8");
     assert!(script.contains("/50%%j/%A_%a.log\n"), "{script}");
 }
+
+#[test]
+fn jobs_that_no_task_could_render_are_refused() {
+    let folder = prepared();
+    folder.write(
+        "round.toml",
+        "[camera]\npanorama = { eye = [0, 0, 5], target = [0, 0, 0] }\n",
+    );
+    folder.write(
+        "flat.toml",
+        "[camera]\northographic = { eye = [0, 0, 5], target = [0, 0, 0], height = 4 }\n",
+    );
+    for (job, expected) in [
+        (
+            &["s.toml", "--stereo", "ipd=0.1", "-o", "f.#.exr"][..],
+            "both eyes would write f.#.exr",
+        ),
+        (
+            &["round.toml", "--stereo", "ipd=0.1,convergence=2", "-o", "{eye}.exr"],
+            "do not converge",
+        ),
+        (
+            &["flat.toml", "--stereo", "ipd=0.1", "-o", "{eye}.exr"],
+            "the two eyes of an orthographic camera",
+        ),
+        (
+            &["s.toml", "-o", "{eye}.exr"],
+            "{eye} is the eye of --stereo, which is missing",
+        ),
+    ] {
+        let message = folder.fail(2, &[&["submit", "--engine", "slurm", "--bundle", "job"], job].concat());
+        assert!(message.contains(expected), "{message}");
+        assert!(!folder.path("job").exists());
+    }
+}
+
+#[test]
+fn the_help_of_submit_offers_nothing_that_it_refuses() {
+    let folder = Folder::new();
+    let help = folder.succeed(&["submit", "--help"]);
+    let words: Vec<&str> = help.split_whitespace().collect();
+    for flag in [
+        "[SCENE]...",
+        "--check",
+        "--dry-run",
+        "--list-stale",
+        "--fail-existing",
+        "--part",
+        "--input-format",
+    ] {
+        assert!(!words.contains(&flag), "{flag}");
+    }
+    assert!(words.contains(&"--stereo") && words.contains(&"--skip-existing"));
+}
+
+#[cfg(unix)]
+#[test]
+fn tasks_render_both_eyes_of_their_frames() {
+    let (folder, whole) = (prepared(), prepared());
+    let stereo = [
+        "--stereo",
+        "ipd=0.1",
+        "--frames",
+        "path.csv",
+        "--resolution",
+        "16x12",
+        "--samples",
+        "2",
+    ];
+    let stereo = [&["s.toml", "-o", "{scene}/{eye}.#.exr"], &stereo[..]].concat();
+    whole.succeed(&stereo);
+    let submit = ["submit", "--engine", "slurm", "--bundle", "job", "--chunk", "3"];
+    folder.succeed(&[&submit[..], &stereo].concat());
+    for task in 1..=2 {
+        let status = std::process::Command::new("sh")
+            .arg(folder.path("job/frames.sbatch"))
+            .env("SLURM_ARRAY_TASK_ID", task.to_string())
+            .current_dir(folder.path(""))
+            .stdout(std::process::Stdio::null())
+            .status();
+        assert!(status.expect("a shell").success());
+    }
+    for name in ["s/left.1.exr", "s/right.1.exr", "s/left.5.exr", "s/right.5.exr"] {
+        assert!(folder.read(name) == whole.read(name), "{name}");
+    }
+}

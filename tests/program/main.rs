@@ -46,6 +46,7 @@ mod model;
 mod model_lights;
 mod model_values;
 mod motion;
+mod names;
 mod normalise;
 mod normals;
 mod npz;

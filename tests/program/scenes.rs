@@ -379,9 +379,14 @@ const PATTERN: &str = "{scene}.{eye}.#.png";
 #[test]
 fn lines_of_events_name_the_scene_and_the_eye() {
     let folder = folder();
-    let job = ["--turntable", "2", "-o", PATTERN, "--progress", "json"];
+    let job = ["--turntable", "2", "--progress", "json", "-o"];
     let lines = |more: &[&str]| -> Vec<(String, String)> {
-        let said = folder.succeed(&[more, &job, &SMALL[..]].concat());
+        let pattern = if more.contains(&"--stereo") {
+            PATTERN
+        } else {
+            "{scene}.#.png"
+        };
+        let said = folder.succeed(&[more, &job, &[pattern], &SMALL[..]].concat());
         let text = |line: &serde_json::Value, key: &str| line[key].as_str().unwrap_or("none").to_owned();
         let lines = said.lines().map(|line| {
             let line = serde_json::from_str(line).unwrap_or_else(|e| panic!("{line}: {e}"));

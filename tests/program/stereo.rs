@@ -21,7 +21,7 @@ fn both_eyes_have_the_files_that_each_has_by_itself() {
         )
     };
     let said = of("ipd=0.2,convergence=3", "{eye}/####.exr");
-    assert!(said.contains("scene 2 of 2: a.toml, right eye"), "{said}");
+    assert!(said.contains("eye 2 of 2: a.toml, right eye"), "{said}");
     for eye in ["left", "right"] {
         of(&format!("ipd=0.2,convergence=3,eye={eye}"), "alone.{eye}.####.exr");
         for frame in ["0001", "0002"] {
@@ -267,4 +267,123 @@ fn what_works_on_one_camera_is_refused_for_pictures_of_both_eyes() {
         said.contains("a jpg file has at most 65535 columns and rows, not 2x80000"),
         "{said}"
     );
+}
+
+#[test]
+fn files_beside_the_pictures_of_one_eye_leave_those_of_the_other() {
+    let folder = Folder::new();
+    folder.write("a.toml", SMALL_SCENE);
+    let sidecars = "transforms,colmap,coco,ids";
+    let job = |stereo: &str, out: &str| {
+        let job = [
+            "a.toml",
+            "--stereo",
+            stereo,
+            "--metadata",
+            sidecars,
+            "--png-depth",
+            "-o",
+            out,
+        ];
+        folder.succeed(&[&job[..], &SMALL[..]].concat())
+    };
+    for eye in ["left", "right"] {
+        job(&format!("ipd=0.2,eye={eye}"), &format!("one/{eye}.png"));
+    }
+    job("ipd=0.2", "both/{eye}.png");
+    job("ipd=0.2", "each/{eye}/f.png");
+    for eye in ["left", "right"] {
+        for name in ["transforms", "coco", "ids"] {
+            let one = folder.read(&format!("one/{name}.{eye}.json"));
+            assert!(folder.read(&format!("both/{name}.{eye}.json")) == one, "{name}");
+            assert!(folder.path(&format!("each/{eye}/{name}.json")).exists(), "{name}");
+        }
+        let images = |path: String| String::from_utf8(folder.read(&path)).expect("UTF-8");
+        assert!(images(format!("one/sparse/{eye}/images.txt")).contains(&format!("{eye}.png")));
+        assert!(images(format!("each/{eye}/sparse/0/images.txt")).contains("f.png"));
+        let depth = folder.read(&format!("one/depth.{eye}.0001.png"));
+        assert!(folder.read(&format!("each/{eye}/depth.0001.png")) == depth);
+    }
+}
+
+#[test]
+fn messages_about_eyes_name_them() {
+    let folder = Folder::new();
+    folder.write("a.toml", SMALL_SCENE);
+    let job = ["a.toml", "--stereo", "ipd=0.06"];
+    let said = folder.fail(2, &[&job[..], &["-o", "-", "--output-format", "png"]].concat());
+    assert!(said.contains("standard output holds the frames of one eye"), "{said}");
+    let said = folder.fail(
+        2,
+        &["-", "--input-format", "toml", "--stereo", "ipd=0.06", "-o", "{eye}.png"],
+    );
+    assert!(said.contains("standard input (-) is read once"), "{said}");
+    folder.write(
+        "broken.toml",
+        &SMALL_SCENE.replace("\"texture.board\"", "\"texture.none\""),
+    );
+    let said = folder.fail(1, &["broken.toml", "--stereo", "ipd=0.06", "-o", "{eye}.png"]);
+    assert!(
+        said.ends_with("error: 2 of 2 eyes failed: broken.toml, left eye; broken.toml, right eye\n"),
+        "{said}"
+    );
+    folder.succeed(&[&job[..], &["-o", "{eye}.png", "--report", "page"], &SMALL[..]].concat());
+    let page = String::from_utf8(folder.read("page/index.html")).expect("UTF-8");
+    assert!(page.contains("<title>2 eyes: finished</title>"), "{page}");
+}
+
+#[test]
+fn progress_of_open_job_description_rises_over_both_eyes() {
+    let folder = Folder::new();
+    folder.write("a.toml", SMALL_SCENE);
+    let job = [
+        "a.toml",
+        "--stereo",
+        "ipd=0.06",
+        "-o",
+        "{eye}.#.png",
+        "--turntable",
+        "2",
+    ];
+    let said = folder.succeed(&[&job[..], &["--progress", "openjd"], &SMALL[..]].concat());
+    let parts = said.lines().filter_map(|line| line.strip_prefix("openjd_progress: "));
+    assert_eq!(parts.collect::<Vec<_>>(), ["25.0", "50.0", "75.0", "100.0"]);
+}
+
+#[test]
+fn files_of_one_eye_that_another_job_writes_end_with_the_code_of_busy_files() {
+    let folder = Folder::new();
+    folder.write("a.toml", SMALL_SCENE);
+    let mut other = folder.program_with_signals();
+    let other = other.args([
+        "a.toml",
+        "--stereo",
+        "ipd=0.06,eye=left",
+        "-o",
+        "left/f.exr",
+        "--samples",
+        "1000000",
+    ]);
+    let mut other = other
+        .args(["--progress", "json"])
+        .stdout(std::process::Stdio::piped())
+        .spawn()
+        .expect("it starts");
+    let mut lines = std::io::BufRead::lines(std::io::BufReader::new(other.stdout.take().expect("piped")));
+    assert!(lines.next().expect("a line").expect("UTF-8").contains("frame_started"));
+    let job = [
+        "a.toml",
+        "--stereo",
+        "ipd=0.06",
+        "-o",
+        "{eye}/f.exr",
+        "--if-busy",
+        "leave",
+    ];
+    let said = folder.fail(75, &[&job[..], &SMALL[..]].concat());
+    assert!(said.contains("1 of 2 eyes failed: a.toml, left eye"), "{said}");
+    assert!(folder.path("right/f.exr").exists());
+    other.kill().expect("killed");
+    other.wait().expect("it ends");
+    folder.succeed(&[&job[..], &SMALL[..]].concat());
 }

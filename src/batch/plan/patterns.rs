@@ -1,11 +1,17 @@
 //! The patterns of a job's files.
 
+use std::path::{Path, PathBuf};
+
 use super::denoise_options;
 use crate::{
-    batch::{Request, TakenFrames},
-    describe::{OneOrMany, SceneDesc},
+    assets::{Files, MemoryBudget, model_formats::is_model},
+    batch::{Request, TakenFrames, products::metadata::Sidecar},
+    describe::{self, OneOrMany, SceneDesc},
     error::Error,
-    output::{Contents, Exr, FilePattern, FilePatternError, Format},
+    output::{
+        Contents, Exr, FilePattern, FilePatternError, Format,
+        names::{EYE, SCENE, has_field, with_names},
+    },
 };
 
 /// The patterns of a job's files.
@@ -16,6 +22,10 @@ pub(in crate::batch) struct Patterns {
     pub denoised: Vec<FilePattern>,
     /// The format of the frames that the caller takes.
     taken: Option<&'static dyn Format>,
+    /// The eye that the names of files beside the pictures have: that of stereo, unless all folders of pictures have it.
+    pub eye: Option<&'static str>,
+    /// A pattern with `{eye}`, where there is no eye.
+    pub lacks_eye: Option<String>,
 }
 
 impl Patterns {
@@ -24,12 +34,44 @@ impl Patterns {
     /// # Errors
     /// A pattern is invalid, or has an unsuitable format.
     pub fn new(desc: &SceneDesc, request: &Request) -> Result<Self, Error> {
+        let texts = desc.output.files.as_ref();
+        let texts = texts.map(|files| files.0.iter().map(|text| text.get_ref().clone()).collect());
+        Self::of_texts((&desc.name(), texts, is_chosen(desc)), request)
+    }
+
+    /// The patterns of the scene of this name with these texts, if there are any, which an override or the scene's author names.
+    fn of_texts(
+        (scene, texts, is_chosen): (&str, Option<Vec<String>>, bool),
+        request: &Request,
+    ) -> Result<Self, Error> {
+        // A picture of both eyes is that of none.
+        let eye = request.stereo.filter(|_| request.second_eye.is_none());
+        let eye = eye.map(|eye| eye.side().name());
+        let texts = texts.filter(|_| is_chosen || !request.taken.are_any());
+        let mut given = texts.iter().flatten().chain(request.png_data().map(|(_, text)| text));
+        let lacks_eye = given.find(|text| eye.is_none() && has_field(text, EYE)).cloned();
+        let folder = |text: &str| has_field(&text[..text.rfind(std::path::is_separator).unwrap_or(0)], EYE);
+        let is_in_folders = texts
+            .as_ref()
+            .is_some_and(|texts| texts.iter().all(|text| folder(text)));
+        let names: Vec<(&str, &str)> = [(SCENE, scene)].into_iter().chain(eye.map(|eye| (EYE, eye))).collect();
+        let parse = |text: &String| FilePattern::parse(&with_names(text, &names));
+        let rendered: Result<Vec<FilePattern>, FilePatternError> = match &texts {
+            Some(texts) => texts.iter().map(parse).collect(),
+            None if request.taken.are_any() => Ok(Vec::new()),
+            None => {
+                let name = eye.map_or_else(|| scene.to_owned(), |eye| format!("{scene}.{eye}"));
+                ["exr", "png"]
+                    .map(|ending| FilePattern::of_sequence(&name, ending))
+                    .into_iter()
+                    .collect()
+            }
+        };
         let mut patterns = Self {
-            rendered: match request.taken.are_any() && !is_chosen(desc) {
-                true => Vec::new(),
-                false => pictures(desc).map_err(Error::Pattern)?,
-            },
+            rendered: rendered.map_err(Error::Pattern)?,
             denoised: Vec::new(),
+            eye: eye.filter(|_| !is_in_folders),
+            lacks_eye,
             taken: match request.taken {
                 TakenFrames::Files(format) => Some(format),
                 TakenFrames::None | TakenFrames::Pictures => None,
@@ -44,10 +86,11 @@ impl Patterns {
             patterns.denoised = std::mem::replace(&mut patterns.rendered, vec![noisy]);
         }
         for (format, text) in request.png_data() {
-            let beside = || format!("{}{}.####.png", patterns.folder(), format.file);
+            let eye = patterns.eye.map_or_else(String::new, |eye| format!(".{eye}"));
+            let beside = || format!("{}{}{eye}.####.png", patterns.folder(), format.file);
             let pattern = match text.is_empty() {
                 true => FilePattern::parse(&beside()),
-                false => FilePattern::parse(text),
+                false => parse(text),
             };
             let pattern = pattern.map_err(Error::Pattern)?;
             if pattern.format().name() != format.name() {
@@ -116,13 +159,27 @@ pub(in crate::batch) fn is_chosen(desc: &SceneDesc) -> bool {
     desc.output.files.as_ref().is_some_and(OneOrMany::is_override)
 }
 
-fn pictures(desc: &SceneDesc) -> Result<Vec<FilePattern>, FilePatternError> {
-    if let Some(files) = &desc.output.files {
-        return files.0.iter().map(|text| FilePattern::parse(text.get_ref())).collect();
-    }
-    let name = desc.name();
-    ["exr", "png"]
-        .into_iter()
-        .map(|e| FilePattern::of_sequence(&name, e))
-        .collect()
+/// The names of the files of a job, without the numbers of its frames, as far as they are known before models are loaded: patterns, and
+/// the files beside the pictures. `chosen` are the patterns of the caller, if any. `None` where the scene cannot be read.
+///
+/// A scene that is not read yet has no frames, which a plan has: these names find out what all its frames have in common with other jobs.
+pub fn named_files(path: &Path, chosen: &[String], request: &Request) -> Option<Vec<PathBuf>> {
+    let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let patterns = match is_model(path) {
+        true => {
+            let texts = (!chosen.is_empty()).then(|| chosen.to_vec());
+            Patterns::of_texts((&stem?, texts, !chosen.is_empty()), request)
+        }
+        false => {
+            let files = Files::new(request.allow_outside, MemoryBudget::new(request.max_memory));
+            let desc = describe::load(path, &request.overrides, |path| files.read(path));
+            Patterns::new(&desc.ok()?, request)
+        }
+    };
+    let patterns = patterns.ok()?;
+    let picture = patterns.picture().map(|pattern| pattern.path(0));
+    let beside = Sidecar::with_sources(&request.metadata).into_iter();
+    let beside = beside.filter_map(|sidecar| Some(sidecar.path(picture.as_deref()?, patterns.eye)));
+    let files = patterns.all().map(FilePattern::comparable);
+    Some(files.chain(beside).collect())
 }

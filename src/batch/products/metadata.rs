@@ -7,7 +7,8 @@
 //! | `coco` | `coco.json` | boxes and masks of the objects in each picture, as COCO has them |
 //! | `ids` | `ids.json` | the names of objects and materials by the numbers of `objectId` and `materialId` |
 //!
-//! They are written to the folder of the pictures. Source of the first: Mildenhall et al., "NeRF", ECCV 2020,
+//! They are written to the folder of the pictures. With stereo their names have the eye, `transforms.left.json` and `sparse/left`, unless the folder
+//! of the pictures has it: the files of the other eye stay. Source of the first: Mildenhall et al., "NeRF", ECCV 2020,
 //! doi:10.1007/978-3-030-58452-8_24, with the keys of instant-ngp and Nerfstudio.
 
 use std::path::{Path, PathBuf};
@@ -29,13 +30,14 @@ named! {
 }
 
 impl Sidecar {
-    /// The path of the file, or of the main one, beside a picture.
-    pub fn path(self, picture: &Path) -> PathBuf {
+    /// The path of the file, or of the main one, beside a picture. With an eye it is that of its pictures alone.
+    pub fn path(self, picture: &Path, eye: Option<&str>) -> PathBuf {
+        let ending = eye.map_or_else(String::new, |eye| format!(".{eye}"));
         picture.with_file_name(match self {
-            Self::Transforms => "transforms.json",
-            Self::Colmap => "sparse/0/images.txt",
-            Self::Coco => "coco.json",
-            Self::Ids => "ids.json",
+            Self::Colmap => format!("sparse/{}/images.txt", eye.unwrap_or("0")),
+            Self::Transforms | Self::Coco | Self::Ids => {
+                format!("{}{ending}.json", self.name())
+            }
         })
     }
 

@@ -11,7 +11,7 @@ use crate::batch::{Existing, Plan, PlannedFrame, resume::checkpoint};
 use crate::{
     assets::Files,
     error::Error,
-    output::{atomic, sequence},
+    output::{atomic, names::NO_EYE, sequence},
 };
 
 /// A file that a job writes.
@@ -100,6 +100,10 @@ pub(in crate::batch) fn check(plan: &Plan) -> Result<(), Error> {
 
 /// Refuses a job that would write over what it reads, or over files that are to stay. Changes nothing.
 pub(in crate::batch) fn refuse(plan: &Plan, inputs: &Files) -> Result<(), Error> {
+    if let Some(pattern) = &plan.files.lacks_eye {
+        let message = format!("{NO_EYE}: {pattern}");
+        return Err(Error::Usage(message));
+    }
     compare(plan, inputs)?;
     let is_new = |target: &Target| match target.kind {
         TargetKind::Frame => true,
