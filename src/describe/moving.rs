@@ -220,6 +220,7 @@ impl<'d> MovingDesc<'d> {
         }
         let overrides = &self.desc.source.overrides;
         let mut reader = Reader::new(overrides, &self.desc.source.text);
+        reader.may_flatten = true;
         let name = || changing.name.clone();
         let read = match entity {
             Entity::Object(_) => reader

@@ -101,7 +101,7 @@ impl Reader<'_> {
     fn scale(&mut self, value: Value<'_>) -> NewNumbers {
         let span = value.span();
         let numbers = self.coordinates(value);
-        if numbers.contains(&Some(0.0)) {
+        if numbers.contains(&Some(0.0)) && !self.may_flatten {
             let problem = Problem::at(span, "the scale of a node cannot be 0");
             self.problems.push(problem.with_help("`visible = false` hides it"));
         }

@@ -134,6 +134,8 @@ type Value<'i> = Spanned<DeValue<'i>>;
 /// Reads the tables of a scene file, and collects what is wrong with them.
 pub(super) struct Reader<'o> {
     pub problems: Vec<Problem>,
+    /// Whether nodes of models may have a scale of 0, at times at which values flatten them.
+    pub may_flatten: bool,
     overrides: &'o Overrides,
     text: &'o str,
 }
@@ -143,6 +145,7 @@ impl<'o> Reader<'o> {
     pub fn new(overrides: &'o Overrides, text: &'o str) -> Self {
         Self {
             problems: Vec::new(),
+            may_flatten: false,
             overrides,
             text,
         }
