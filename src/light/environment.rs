@@ -98,17 +98,17 @@ impl Environment {
     pub fn new(picture: &Bitmap, working_space: WorkingSpace, intensity: f32, world_from_map: DMat3) -> Self {
         let (width, height) = (picture.width as usize, picture.height as usize);
         let colors = ColorConversion::new(picture.primaries, working_space);
-        let texel = |x, y| {
-            let own = colors.convert(picture.rgb(x, y));
-            own.map(|v| (v.max(0.0) * intensity).min(f32::MAX))
-        };
+        let light = |own| colors.convert(own).map(|v| (v.max(0.0) * intensity).min(f32::MAX));
         let is_negative = |c: Rgb| c.r < 0.0 || c.g < 0.0 || c.b < 0.0;
         let mut texels = vec![Rgb::BLACK; width * height];
         let clamped = parallel::map(texels.chunks_mut(width).zip(0..picture.height), |(row, y)| {
+            let mut clamped = 0;
             for (to, x) in row.iter_mut().zip(0..) {
-                *to = texel(x, y);
+                let own = picture.rgb(x, y);
+                clamped += u64::from(is_negative(own));
+                *to = light(own);
             }
-            (0..picture.width).filter(|x| is_negative(picture.rgb(*x, y))).count() as u64
+            clamped
         });
         let mut environment = Self {
             texels: texels.into(),

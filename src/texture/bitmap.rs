@@ -89,10 +89,14 @@ impl Bitmap {
     #[inline]
     pub fn rgb(&self, x: u32, y: u32) -> Rgb {
         let i = self.index(x, y);
-        if self.channels == 1 {
-            return Rgb::gray(self.linear(i));
+        match &self.storage {
+            _ if self.channels == 1 => Rgb::gray(self.linear(i)),
+            Storage::Float(v) => {
+                let texel = &v[i..i + 3];
+                Rgb::new(texel[0], texel[1], texel[2])
+            }
+            _ => Rgb::new(self.linear(i), self.linear(i + 1), self.linear(i + 2)),
         }
-        Rgb::new(self.linear(i), self.linear(i + 1), self.linear(i + 2))
     }
 
     /// The largest value of each channel; white for formats with values up to 1.

@@ -92,8 +92,9 @@ impl Luminances<'_> {
 
     fn patch(&self, column: usize, row: usize) -> Patch {
         let left = column.checked_sub(1).unwrap_or(self.width - 1);
-        let rows = [row.saturating_sub(1), row.min(self.height - 1)];
-        Patch(rows.map(|j| [left, column].map(|i| self.texels[j * self.width + i])))
+        // Maps of arrays within each other are calls here.
+        let row_of = |j: usize| [self.texels[j * self.width + left], self.texels[j * self.width + column]];
+        Patch([row_of(row.saturating_sub(1)), row_of(row.min(self.height - 1))])
     }
 
     /// The patches of an area's row.
