@@ -18,6 +18,7 @@ mod run;
 mod scenes;
 mod sight;
 mod summary;
+mod writing;
 
 pub use events::{JobEvent, Observer};
 pub use frame_scenes::time_in_frames;

@@ -1,10 +1,8 @@
-//! Rendering a plan: one thread's worth of work writes a frame while all others render the next.
+//! Rendering a plan: a thread writes frames ([`writing`](super::writing)) while all others render the next.
 
 use std::{
-    path::Path,
-    sync::mpsc::{Receiver, SyncSender, sync_channel},
-    thread,
-    time::{Duration, Instant},
+    sync::mpsc::{SyncSender, sync_channel},
+    time::Instant,
 };
 
 use rayon::ThreadPoolBuilder;
@@ -13,25 +11,21 @@ use super::{
     CameraRig, Existing, Fingerprint, FrameError, FrameFailure, JobEvent, Observer, OnFailure, Plan, PlannedFrame,
     Scenes, StaleReason, Summary, Survey,
     frame_scenes::{Failed, ScenesOfFrame},
-    plan::time_limit,
     products::{coco::Instances, metadata::Sidecar, sidecars},
     resume::checkpoint,
     resume::failure,
     resume::frame_interrupts::FrameInterrupts,
     sight,
+    writing::{Finished, WriteSummary, write_all},
 };
 use crate::{
-    camera::FrameCamera,
     error::Error,
     film::Film,
     math::sorting,
-    output::{self, Coverage, Format, FrameImage, OutputError, WriteReport, png::data::saturation},
+    output::Coverage,
     render::{Control, Counters, Interrupts, Renderer},
     warnings::WarningKind,
 };
-
-/// The time before the second attempt to write a file; it doubles with each one.
-const FIRST_PAUSE: Duration = Duration::from_millis(200);
 
 /// The most threads that encode a file; a disk is no faster with more.
 const MAX_ENCODERS: usize = 16;
@@ -39,19 +33,11 @@ const MAX_ENCODERS: usize = 16;
 /// The first frames of a job, which are looked at for faults of the whole scene.
 const JUDGED_FRAMES: u32 = 10;
 
-/// A rendered frame on its way to disk.
-struct Finished<'a> {
-    frame: &'a PlannedFrame,
-    camera: FrameCamera,
-    film: Film,
-    fingerprint: Fingerprint,
-}
-
 /// Renders all frames of `plan` on the threads of the current rayon pool.
 ///
 /// The folders of the files exist: [`Job::run`](super::Job::run) makes them and checks the places of the files first.
 ///
-/// At most one finished frame waits while another is written. A frame that fails alone is left out, and the summary tells, unless
+/// At most one finished frame waits while another is written, or a few small ones. A frame that fails alone is left out, and the summary tells, unless
 /// the plan says otherwise; a disk that is full or read-only ends the job. Whatever happens, a file under its own name is whole.
 pub fn run(
     plan: &Plan,
@@ -114,15 +100,6 @@ pub fn run(
     summary.rays = counters.rays();
     summary.samples = counters.samples();
     Ok(summary)
-}
-
-/// The results of writing.
-#[derive(Default)]
-struct WriteSummary {
-    /// Values that did not fit into their files.
-    clamped: u64,
-    written: usize,
-    failures: Vec<FrameFailure>,
 }
 
 fn render_all<'a>(
@@ -286,110 +263,4 @@ fn label(
         Err(Failed::Scene(error)) => return Err(error),
     }
     Ok(())
-}
-
-/// Writes frames as they come.
-///
-/// # Errors
-/// A file could not be written, and the job is to end.
-fn write_all(
-    plan: &Plan,
-    coverage: Coverage,
-    frames: Receiver<Finished<'_>>,
-    observer: &dyn Observer,
-) -> Result<WriteSummary, OutputError> {
-    let mut summary = WriteSummary::default();
-    let mut saturated = 0;
-    let is_final = plan.denoises().is_none();
-    for Finished {
-        frame,
-        camera,
-        film,
-        fingerprint,
-    } in frames
-    {
-        let mut metadata = fingerprint.metadata(plan, frame.number, &camera);
-        time_limit::mark(&mut metadata, plan, &film);
-        let image = FrameImage {
-            film: &film,
-            shown: plan.picture.shown,
-            coverage,
-            metadata: &metadata,
-        };
-        let written = failure::catch(|| {
-            if is_final {
-                observer.event(&JobEvent::FrameImage {
-                    frame: frame.number,
-                    image: &image,
-                });
-            }
-            frame.files.iter().try_for_each(|file| {
-                let report = write(plan, &file.path, file.format, &image)?;
-                summary.clamped += report.clamped + report.nans;
-                saturated += report.saturated;
-                observer.event(&JobEvent::FileWritten {
-                    frame: frame.number,
-                    file: &file.path,
-                });
-                Ok(())
-            })
-        });
-        match written.and_then(|written: Result<(), OutputError>| Ok(written?)) {
-            Ok(()) => {
-                if plan.policy.checkpoint.is_some() {
-                    checkpoint::remove(frame);
-                }
-                if is_final {
-                    summary.written += 1;
-                    observer.event(&JobEvent::FrameWritten { frame: frame.number });
-                }
-            }
-            Err(FrameError::Output(error)) if error.ends_the_job() || plan.policy.on_failure == OnFailure::FailFast => {
-                return Err(error);
-            }
-            Err(cause) => {
-                let failure = FrameFailure {
-                    frame: frame.number,
-                    cause,
-                };
-                observer.event(&JobEvent::FrameFailed(&failure));
-                summary.failures.push(failure);
-                if plan.policy.on_failure == OnFailure::FailFast {
-                    break;
-                }
-            }
-        }
-    }
-    if saturated > 0 {
-        let text = saturation(saturated, plan.files.encoding.depth);
-        plan.warnings.add(WarningKind::SATURATED, "--png-depth", text);
-    }
-    Ok(summary)
-}
-
-/// Writes a picture, in several attempts if that may help.
-pub(super) fn write(
-    plan: &Plan,
-    path: &Path,
-    format: &dyn Format,
-    image: &FrameImage<'_>,
-) -> Result<WriteReport, OutputError> {
-    attempts(plan, || output::write(path, format, image, plan.files.encoding))
-}
-
-/// Writes a file, in several attempts if that may help.
-pub(super) fn attempts<T>(plan: &Plan, write: impl Fn() -> Result<T, OutputError>) -> Result<T, OutputError> {
-    let mut pause = FIRST_PAUSE;
-    for _ in 0..plan.policy.retries {
-        match write() {
-            Err(error) if error.may_pass() => {
-                let text = format!("{error}; another attempt follows");
-                plan.warnings.add_live(WarningKind::RETRY, error.path().display(), text);
-                thread::sleep(pause);
-                pause *= 2;
-            }
-            done => return done,
-        }
-    }
-    write()
 }

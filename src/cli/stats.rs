@@ -20,8 +20,10 @@ use batch_render::{
     render::{Cancel, Counters},
 };
 
-/// The file is written again after a frame, but no more often than this.
+/// The files are written again after a frame, but no more often than this, ...
 const WRITE_EVERY: Duration = Duration::from_secs(1);
+/// ... and only if as many times the duration of the last writing have passed.
+const PAUSE: u32 = 50;
 
 /// The work of the process so far.
 #[derive(Clone, Copy)]
@@ -37,6 +39,8 @@ struct Collected {
     /// The work before the frame that renders.
     before: Work,
     written: Instant,
+    /// The duration of the last writing.
+    took: Duration,
 }
 
 /// The files that are kept.
@@ -121,6 +125,7 @@ impl<'a> Stats<'a> {
                 },
                 before: Work::so_far(counters),
                 written: Instant::now(),
+                took: Duration::ZERO,
             }),
         }
     }
@@ -178,7 +183,7 @@ impl<'a> Stats<'a> {
     }
 
     fn write_sometimes(&self, state: &mut Collected) {
-        if state.written.elapsed() >= WRITE_EVERY {
+        if state.written.elapsed() >= WRITE_EVERY.max(PAUSE * state.took) {
             // No reason to stop rendering.
             for (flag, error) in self.write(state) {
                 tracing::warn!("{flag}: {error}");
@@ -188,7 +193,7 @@ impl<'a> Stats<'a> {
 
     /// Writes the files. Returns the errors of those that cannot be written, each with its flag.
     fn write(&self, state: &mut Collected) -> Vec<(&'static str, OutputError)> {
-        state.written = Instant::now();
+        let begin = Instant::now();
         state.album.figures.wall_s = self.start.elapsed().as_secs_f64();
         state.album.figures.warnings = self.plan.warnings.list();
         let json = self.files.json.as_ref();
@@ -198,6 +203,7 @@ impl<'a> Stats<'a> {
         if let Some(all) = &self.files.of_all {
             all.put(&state.album, self.joining.as_ref());
         }
+        (state.written, state.took) = (Instant::now(), begin.elapsed());
         let written = [("--stats", json), ("--report", page)].into_iter();
         written
             .filter_map(|(flag, written)| Some((flag, written?.err()?)))

@@ -1,7 +1,7 @@
 //! Atomic files: whole or absent, whenever the process or the machine stops.
 //!
 //! The bytes are written to a hidden temporary file in the target's folder, synchronised to disk, and renamed to the target; the
-//! folder is synchronised last. An existing file stays unchanged until then. The new file has the permissions of the process's
+//! folder is synchronised last. Several files may go through these steps together ([`put`]). An existing file stays unchanged until then. The new file has the permissions of the process's
 //! umask. A symbolic link is followed: the file is replaced, not the link.
 //!
 //! A temporary file is locked as long as its process lives. An unlocked one was left by a killed process, and [`check`] removes it.
@@ -9,7 +9,9 @@
 use std::{
     fs::{self, File, OpenOptions},
     io::{self, BufWriter, Seek, Write},
+    panic::resume_unwind,
     path::{Path, PathBuf},
+    thread::{self, Builder},
 };
 
 use tempfile::NamedTempFile;
@@ -27,36 +29,39 @@ pub trait NewFile: Write + Seek {}
 
 impl<T: Write + Seek> NewFile for T {}
 
+/// The most threads that wait for the disk. The system makes files durable together that are synchronised at the same time.
+const MAX_SYNC_THREADS: usize = 16;
+
 /// Writes the output of `encode` to `path`, in an existing folder. On an error an old file stays, and the temporary file is removed.
 pub fn write<T>(
     path: &Path,
     encode: impl FnOnce(&mut dyn NewFile) -> Result<T, EncodeError>,
 ) -> Result<T, OutputError> {
-    let (file, written) = Pending::new(path, encode)?;
-    file.put()?;
+    let (file, written) = PendingFile::new(path, encode)?;
+    put([file].into())?;
     Ok(written)
 }
 
 /// Writes contents to files in existing folders. On an error of any of them all old files stay.
 pub fn write_together<C: AsRef<[u8]>>(files: &[(PathBuf, C)]) -> Result<(), OutputError> {
     let pending = |(path, content): &(PathBuf, C)| {
-        let pending = Pending::new(path, |out| Ok(out.write_all(content.as_ref())?));
+        let pending = PendingFile::new(path, |out| Ok(out.write_all(content.as_ref())?));
         pending.map(|(pending, ())| pending)
     };
-    let pending: Vec<Pending> = files.iter().map(pending).collect::<Result<_, _>>()?;
-    pending.into_iter().try_for_each(Pending::put)
+    put(files.iter().map(pending).collect::<Result<_, _>>()?)
 }
 
-/// A whole file that has not yet its own name.
-struct Pending {
+/// A file that is written under a temporary name, which goes away with it, until [`put`] gives it its own.
+pub struct PendingFile {
     file: NamedTempFile<File>,
     target: PathBuf,
     /// The path that was asked for.
     path: PathBuf,
 }
 
-impl Pending {
-    fn new<T>(
+impl PendingFile {
+    /// Writes the output of `encode` to a temporary file beside `path`, in an existing folder.
+    pub fn new<T>(
         path: &Path,
         encode: impl FnOnce(&mut dyn NewFile) -> Result<T, EncodeError>,
     ) -> Result<(Self, T), OutputError> {
@@ -65,7 +70,7 @@ impl Pending {
             path: path.to_owned(),
         };
         let (target, file) = create(path).map_err(|source| OutputError::Create {
-            source: plain(source),
+            source: folder_problem(plain(source), &folder_of(path)),
             path: path.to_owned(),
         })?;
         let mut out = BufWriter::with_capacity(BUFFER, file.as_file());
@@ -77,20 +82,68 @@ impl Pending {
             },
         })?;
         out.into_inner().map_err(|e| failed(e.into_error()))?;
-        file.as_file().sync_all().map_err(failed)?;
         let path = path.to_owned();
         Ok((Self { file, target, path }, written))
     }
 
-    fn put(self) -> Result<(), OutputError> {
-        let Self { file, target, path } = self;
-        let renamed = file.persist(&target).map(drop).map_err(|e| e.error);
-        let named = renamed.and_then(|()| sync_folder(&folder_of(&target)));
-        named.map_err(|source| OutputError::Write {
+    fn sync(&self) -> Result<(), OutputError> {
+        self.file.as_file().sync_all().map_err(|source| self.failed(source))
+    }
+
+    fn failed(&self, source: io::Error) -> OutputError {
+        OutputError::Write {
             source: plain(source),
+            path: self.path.clone(),
+        }
+    }
+
+    fn rename(self) -> Result<(), OutputError> {
+        let Self { file, target, path } = self;
+        file.persist(&target).map(drop).map_err(|error| OutputError::Write {
+            source: plain(error.error),
             path,
         })
     }
+}
+
+/// Makes files durable and gives them their names, in their order. All of them are whole on disk before the first has its name.
+///
+/// # Errors
+/// One of them cannot be written. Those before it may have their names; those after it are removed.
+pub fn put(files: Vec<PendingFile>) -> Result<(), OutputError> {
+    let share = files.len().div_ceil(MAX_SYNC_THREADS).max(1);
+    let sync = |files: &[PendingFile]| files.iter().try_for_each(PendingFile::sync);
+    thread::scope(|scope| {
+        let (own, others) = files.split_at(share.min(files.len()));
+        let others: Vec<_> = others
+            .chunks(share)
+            .map(|files| (files, Builder::new().spawn_scoped(scope, move || sync(files))))
+            .collect();
+        let own = sync(own);
+        // Where there are no more threads, this one waits for the disk.
+        let of_others = others.into_iter().map(|(files, thread)| match thread {
+            Ok(thread) => thread.join().unwrap_or_else(|panic| resume_unwind(panic)),
+            Err(_) => sync(files),
+        });
+        [own]
+            .into_iter()
+            .chain(of_others.collect::<Vec<_>>())
+            .collect::<Result<(), _>>()
+    })?;
+    let mut folders: Vec<(PathBuf, PathBuf)> = Vec::new();
+    for file in files {
+        let (folder, path) = (folder_of(&file.target), file.path.clone());
+        file.rename()?;
+        if folders.iter().all(|(known, _)| *known != folder) {
+            folders.push((folder, path));
+        }
+    }
+    folders.into_iter().try_for_each(|(folder, path)| {
+        sync_folder(&folder).map_err(|source| OutputError::Write {
+            source: plain(source),
+            path,
+        })
+    })
 }
 
 /// Checks whether `path` can be written: makes its folders and a temporary file, and removes those of killed processes.
@@ -102,9 +155,23 @@ pub fn check(path: &Path) -> Result<(), OutputError> {
         Ok(())
     };
     attempt().map_err(|source| OutputError::Create {
-        source: plain(source),
+        source: folder_problem(plain(source), &folder_of(path)),
         path: path.to_owned(),
     })
+}
+
+/// The error of a folder that cannot be made or used, which says so where a file is in its place.
+pub fn folder_problem(error: io::Error, folder: &Path) -> io::Error {
+    let file = folder
+        .ancestors()
+        .find(|path| fs::metadata(path).is_ok_and(|found| !found.is_dir()));
+    match (error.kind(), file) {
+        (io::ErrorKind::AlreadyExists | io::ErrorKind::NotADirectory, Some(file)) => {
+            let message = format!("{} is a file, and a folder must be there", file.display());
+            io::Error::new(io::ErrorKind::InvalidInput, message)
+        }
+        _ => error,
+    }
 }
 
 /// Removes the temporary files of killed processes beside `path`.
@@ -304,6 +371,25 @@ mod tests {
         write_together(&[file("a", "new"), file("b", "new")]).unwrap();
         assert!(contents("new"));
         assert_eq!(names(home.path()), ["a", "b"]);
+    }
+
+    #[test]
+    fn many_files_of_several_folders_are_put_together_and_those_that_are_not_put_leave_nothing() {
+        let home = tempfile::tempdir().unwrap();
+        let path = |i: usize| {
+            home.path()
+                .join(if i.is_multiple_of(2) { "a" } else { "b" })
+                .join(i.to_string())
+        };
+        check(&path(0)).unwrap();
+        check(&path(1)).unwrap();
+        let pending = |i: usize| PendingFile::new(&path(i), |out| Ok(write!(out, "{i}")?)).unwrap().0;
+        let files: Vec<PendingFile> = (0..101).map(pending).collect();
+        assert!(!path(100).exists());
+        put(files).unwrap();
+        drop((0..4).map(|i| pending(200 + i)).collect::<Vec<_>>());
+        assert!((0..101).all(|i| fs::read(path(i)).unwrap() == i.to_string().as_bytes()));
+        assert_eq!(["a", "b"].map(|name| names(&home.path().join(name)).len()), [51, 50]);
     }
 
     #[test]

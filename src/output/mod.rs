@@ -29,6 +29,7 @@ use std::path::Path;
 
 use crate::film::Film;
 
+pub use atomic::PendingFile;
 pub use attribute::{Attribute, Value};
 pub use camera_attributes::camera_attributes;
 pub use display::{DisplayTransform, PixelDisplay};
@@ -92,7 +93,19 @@ pub fn write(
     image: &FrameImage,
     encoding: Encoding,
 ) -> Result<WriteReport, OutputError> {
-    atomic::write(path, |out| {
+    let (file, report) = write_pending(path, format, image, encoding)?;
+    atomic::put([file].into())?;
+    Ok(report)
+}
+
+/// Writes `image` to a file that is to be at `path`, in an existing folder, once it is [put](atomic::put).
+pub fn write_pending(
+    path: &Path,
+    format: &dyn Format,
+    image: &FrameImage,
+    encoding: Encoding,
+) -> Result<(PendingFile, WriteReport), OutputError> {
+    PendingFile::new(path, |out| {
         let mut out = seal::Sealing::new(out);
         let report = format.encode(image, encoding, &mut out)?;
         out.finish()?;

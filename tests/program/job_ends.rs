@@ -181,3 +181,39 @@ fn arguments_that_are_not_utf8_work_as_others_do() {
         assert!(folder.path("").join(&file).exists(), "{file:?}");
     }
 }
+
+/// Small frames are written together.
+#[cfg(unix)]
+#[test]
+fn one_of_many_small_frames_that_cannot_be_written_fails_alone() {
+    let folder = Folder::new();
+    folder.write("s.toml", SMALL_SCENE);
+    fs::create_dir(folder.path("o")).expect("a folder");
+    std::os::unix::fs::symlink("nowhere/x.png", folder.path("o/f.007.png")).expect("a link");
+    let job = [
+        "s.toml",
+        "--turntable",
+        "40",
+        "--resolution",
+        "4x3",
+        "--samples",
+        "1",
+        "--progress",
+        "none",
+    ];
+    let files = ["-o", "o/f.###.png", "-o", "o/f.###.npz", "--retries", "0"];
+    let said = folder.fail(1, &[&job[..], &files].concat());
+    assert!(
+        said.contains("frame 7: ") && said.ends_with("error: 1 frame failed\n"),
+        "{said}"
+    );
+    let names = crate::common::names(&folder.path("o"));
+    let all = (1..=40).flat_map(|i| ["npz", "png"].map(|ending| format!("f.{i:03}.{ending}")));
+    // Its first file, whose name is a link to nowhere, was to be written before the second.
+    let expected: Vec<String> = all.filter(|name| name != "f.007.npz").collect();
+    assert_eq!(names, expected);
+    folder.succeed(&[&job[..], &["-r", "8", "-o", "alone.png", "-o", "alone.npz"]].concat());
+    for ending in ["png", "npz"] {
+        assert!(folder.read(&format!("o/f.008.{ending}")) == folder.read(&format!("alone.{ending}")));
+    }
+}

@@ -17,7 +17,7 @@ use crate::{
         StaleReason, Summary,
         plan::{PlannedFile, denoise_options::DenoisePlan},
         resume::{failure::FrameError, fingerprint::FINGERPRINT},
-        run,
+        writing,
     },
     denoise::DenoiseError,
     error::Error,
@@ -276,9 +276,9 @@ impl JobFrames<'_> {
         self.observer.event(&JobEvent::FrameImage { frame, image: &image });
         for PlannedFile { path, format } in &self.files[&frame] {
             if format.name() == Exr.name() {
-                run::attempts(self.plan, || denoise::write(path, file))?;
+                writing::attempts(self.plan, || denoise::write(path, file))?;
             } else {
-                run::write(self.plan, path, *format, &image)?;
+                writing::write(self.plan, path, *format, &image)?;
             }
             self.observer.event(&JobEvent::FrameDenoised { frame, file: path });
         }
