@@ -205,6 +205,62 @@ fn a_calibration_alone_is_the_lens_of_the_scenes_camera() {
 }
 
 #[test]
+fn a_motion_that_leaves_frames_out_is_the_same_in_every_format() {
+    let folder = Folder::new();
+    folder.write("s.toml", &plain());
+    folder.write(
+        "sparse.chan",
+        "1 0 1 6 0 0 0 40\n11 1 1 5 5 20 0 30\n16 3 1 5 0 10 0 40\n",
+    );
+    let render = |path: &str, out: &str| {
+        let job = [
+            "s.toml",
+            "--frames",
+            path,
+            "--resolution",
+            "16x12",
+            "--samples",
+            "1",
+            "--range",
+            "1,6,13",
+            "-o",
+            out,
+        ];
+        folder.succeed(&job);
+    };
+    render("sparse.chan", "own.##.png");
+    for name in ["all.csv", "all.chan", "all.glb"] {
+        folder.succeed(&[
+            "convert-camera",
+            "sparse.chan",
+            name,
+            "--fps",
+            "24",
+            "--resolution",
+            "16x12",
+        ]);
+        if name == "all.glb" {
+            continue;
+        }
+        render(name, "other.##.png");
+        for frame in ["01", "06", "13"] {
+            let picture = |name: &str| image::open(folder.path(&format!("{name}.{frame}.png"))).expect("a picture");
+            let [own, other] = ["own", "other"].map(|name| picture(name).into_rgba8().into_raw());
+            let differ = own.iter().zip(&other).filter(|(a, b)| a.abs_diff(**b) > 1).count();
+            assert_eq!(differ, 0, "{name} {frame}");
+        }
+    }
+    let rows = String::from_utf8(folder.read("all.csv")).expect("UTF-8");
+    assert_eq!(
+        rows.lines()
+            .filter(|line| line.starts_with(|c: char| c.is_ascii_digit()))
+            .count(),
+        16,
+        "{rows}"
+    );
+}
+
+#[test]
 fn conversions_say_what_is_lost_and_leave_nothing_where_they_fail() {
     let folder = Folder::new();
     folder.write("path.csv", "frame, eye_x, eye_y, eye_z, target_x, target_y, target_z, fov\n1, 0, 0, 5, 0, 0, 0, 40\n3, 1, 0, 5, 1, 0, 0, 40\n");

@@ -56,7 +56,7 @@ pub fn convert(from: &Path, to: &Path, settings: &Conversion, files: &Files) -> 
         move |cause| CameraPathError::Unfit { cause, path }
     };
     let path = load(from, None, &settings.options, files)?;
-    let frames = frames(&path, CameraPathFormat::of_path(from)).map_err(unfit(from))?;
+    let frames = frames(&path).map_err(unfit(from))?;
     let mut cameras = stills(&path, frames, settings.resolution).map_err(unfit(from))?;
     if let Some(file) = &settings.lens {
         let lens = lens(
@@ -95,14 +95,11 @@ pub fn convert(from: &Path, to: &Path, settings: &Conversion, files: &Files) -> 
     })
 }
 
-/// The frames that are written: those of the file. Of a file with keyframes, and of one with times between frames, all whole ones.
-fn frames(path: &CameraPath, format: Option<&CameraPathFormat>) -> Result<Vec<i64>, String> {
+/// The frames that are written: the pictures of the file, or all frames of a motion, as they are rendered. Programs that read the other format
+/// have curves of their own between the frames that a file leaves out.
+fn frames(path: &CameraPath) -> Result<Vec<i64>, String> {
     if let Some(pictures) = path.pictures() {
         return Ok(pictures.to_vec());
-    }
-    let has_keyframes = format.is_none_or(CameraPathFormat::holds_values);
-    if !has_keyframes && path.keys().all(|frame| frame.fract() == 0.0) {
-        return Ok(path.keys().map(|frame| frame as i64).collect());
     }
     let all = path.frames();
     match all.end() - all.start() < MOST_FRAMES {

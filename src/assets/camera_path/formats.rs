@@ -6,8 +6,8 @@ use std::{
 };
 
 use super::{
-    CameraPathOptions, PathProblems, Source, chan, colmap, csv, format::CameraPathFormat, gltf_nodes, opencv,
-    transforms, tum,
+    CameraPathOptions, PathProblem, PathProblems, Source, chan, colmap, csv, format::CameraPathFormat, gltf_nodes,
+    opencv, transforms, tum,
 };
 use crate::{assets::Files, camera::path::CameraPath, value::one_of};
 
@@ -114,6 +114,13 @@ pub fn load(
         io::ErrorKind::NotFound => CameraPathError::NotFound { path: owned() },
         _ => CameraPathError::Io { path: owned(), source },
     })?;
+    if bytes.iter().all(u8::is_ascii_whitespace) {
+        let problems = PathProblem::of_file("the file is empty").into();
+        return Err(CameraPathError::Invalid {
+            path: owned(),
+            problems,
+        });
+    }
     let source = Source {
         path,
         bytes: &bytes,

@@ -11,7 +11,7 @@
 //! | `OPENCV_FISHEYE` | `k1, k2, k3, k4` | `kannala_brandt` |
 //!
 //! A camera path of nerfstudio has `camera_path`, a list of `camera_to_world` (16 numbers by rows) and `fov`, the angle over the picture's
-//! height in degrees, and `render_width` and `render_height`.
+//! height in degrees, and `render_width` and `render_height`. Its `camera_type` is `perspective`; others, such as `equirectangular`, are refused.
 //!
 //! Source: Mildenhall et al., "NeRF", ECCV 2020, doi:10.1007/978-3-030-58452-8_24, with the keys of instant-ngp and nerfstudio
 //! (docs.nerf.studio, "Data conventions").
@@ -26,13 +26,19 @@ use super::{
     source::{Source, line_at},
     still::Still,
 };
-use crate::camera::{
-    ViewDistortion,
-    lens::FieldOfView,
-    path::{CameraPath, MAX_FRAME},
+use crate::{
+    camera::{
+        ViewDistortion,
+        lens::FieldOfView,
+        path::{CameraPath, MAX_FRAME},
+    },
+    value::one_line,
 };
 
 mod written;
+
+/// The only type of cameras of a path of nerfstudio that is read.
+const PERSPECTIVE: &str = "perspective";
 
 pub use written::{CONVENTIONS, Frame, Transforms, model_name};
 
@@ -74,11 +80,13 @@ struct Stop {
 }
 
 #[derive(Deserialize)]
+#[serde(expecting = "an object with a list `frames` or `camera_path`")]
 struct Document {
     frames: Option<Vec<GivenFrame>>,
     camera_path: Option<Vec<Stop>>,
     render_width: Option<f64>,
     render_height: Option<f64>,
+    camera_type: Option<String>,
     #[serde(flatten)]
     common: Given,
 }
@@ -144,6 +152,15 @@ fn read(source: &Source<'_>) -> Result<CameraPath, PathProblems> {
         let message = message.split(" at line ").next().unwrap_or_default();
         PathProblem::of_line(error.line(), message)
     })?;
+    if let Some(kind) = document.camera_type.filter(|kind| kind != PERSPECTIVE) {
+        let at = text.find("\"camera_type\"").unwrap_or(0);
+        let kind = one_line(&kind, 80);
+        let message = format!(
+            "the camera type `{kind}` is not read, expected {PERSPECTIVE}: a path of poses moves a camera of another kind, such as \
+             `[camera] panorama`, from a CSV file"
+        );
+        return Err(PathProblem::of_line(line_at(text.as_bytes(), at), message).into());
+    }
     match (document.frames, document.camera_path) {
         (Some(frames), None) if !frames.is_empty() => pictures(text, frames, &document.common),
         (None, Some(stops)) if !stops.is_empty() => {

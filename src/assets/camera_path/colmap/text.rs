@@ -73,14 +73,29 @@ pub fn images(bytes: &[u8]) -> Result<Vec<Picture>, PathProblems> {
             Ok(picture) => pictures.push(picture),
             Err(problem) => problems.push(problem),
         }
-        // The points.
-        lines.next();
+        if let Some((i, line)) = lines.next()
+            && !are_points(line)
+        {
+            let message =
+                "expected the points of the image above (X, Y, POINT3D_ID of each), or an empty line where it has none";
+            problems.push(PathProblem::of_line(i + 1, message));
+        }
     }
     if problems.is_empty() {
         Ok(pictures)
     } else {
         Err(problems)
     }
+}
+
+/// Whether a line has three numbers for each point, or none. A comment stands for no points.
+fn are_points(line: &str) -> bool {
+    let mut words = line.split_whitespace();
+    line.trim_start().starts_with('#') || words.clone().count().is_multiple_of(3) && words.all(is_number)
+}
+
+fn is_number(word: &str) -> bool {
+    word.parse::<f64>().is_ok()
 }
 
 fn picture(words: &Words<'_>, line: &str) -> Result<Picture, PathProblem> {
