@@ -43,6 +43,8 @@ pub enum Error {
     NormaliseOfSceneFile,
     #[error("--normalise: a value moves the model, which would replace its place")]
     NormaliseMoved,
+    #[error("{flag}: the scene has nothing with bounds: {}", path.display())]
+    Boundless { flag: &'static str, path: PathBuf },
     #[error("{0}")]
     Invalid(Diagnostics),
     #[error("the scene has no [camera], and no camera path was given: {}", path.display())]
@@ -234,6 +236,7 @@ impl Error {
             | Self::Scene(_)
             | Self::Invalid(_)
             | Self::NoCamera { .. }
+            | Self::Boundless { .. }
             | Self::Join(_)
             | Self::Denoise(_)
             | Self::Pose { .. }

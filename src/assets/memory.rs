@@ -180,14 +180,18 @@ pub struct OverBudget {
 
 impl fmt::Display for OverBudget {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "{} need {} of memory", self.kind.name(), mebibytes(self.bytes))?;
+        let bytes = |bytes| match self.limit < 1 << 20 {
+            true => format!("{} KiB", u64::div_ceil(bytes, 1 << 10)),
+            false => mebibytes(bytes),
+        };
+        write!(f, "{} need {} of memory", self.kind.name(), bytes(self.bytes))?;
         for kind in MemoryKind::ALL {
             let taken = self.taken[kind as usize];
             if taken > 0 {
-                write!(f, ", {} have taken {}", kind.name(), mebibytes(taken))?;
+                write!(f, ", {} have taken {}", kind.name(), bytes(taken))?;
             }
         }
-        write!(f, ", and {} are allowed (--max-memory)", mebibytes(self.limit))
+        write!(f, ", and {} are allowed (--max-memory)", bytes(self.limit))
     }
 }
 

@@ -165,7 +165,7 @@ impl CameraKind for Fisheye {
 
     fn of_eye(&self, eye: &StereoEye) -> Result<Self, &'static str> {
         if eye.convergence.is_some() {
-            return Err("the eyes of a fisheye do not converge");
+            return Err("the eyes of a fisheye do not converge: leave out convergence");
         }
         Ok(Self {
             station: self.station.beside(eye.offset),

@@ -141,7 +141,7 @@ impl CameraKind for Panorama {
 
     fn of_eye(&self, eye: &StereoEye) -> Result<Self, &'static str> {
         if eye.convergence.is_some() {
-            return Err("the eyes of a panorama do not converge");
+            return Err("the eyes of a panorama do not converge: leave out convergence");
         }
         Ok(Self {
             eye: eye.offset,

@@ -241,7 +241,7 @@ impl CameraKind for Pinhole {
 
     fn of_eye(&self, eye: &StereoEye) -> Result<Self, &'static str> {
         if eye.convergence.is_some() && self.distortion != Distortion::None {
-            return Err("the eyes of a camera with distortion do not converge");
+            return Err("the eyes of a camera with distortion do not converge: leave out convergence");
         }
         let shift = eye.convergence.map_or(0.0, |distance| eye.offset / distance);
         Ok(Self {

@@ -145,6 +145,14 @@ impl FromStr for Stereo {
                 let number = value.parse().ok().filter(|m: &f64| *m > 0.0 && m.is_finite());
                 number.ok_or_else(|| format!("`{key}` is a distance in metres above 0, such as {key}=0.063"))
             };
+            let is_given = match key {
+                "ipd" => ipd.is_some(),
+                "convergence" => convergence.is_some(),
+                _ => key == "eye" && side.is_some(),
+            };
+            if is_given {
+                return Err(format!("`{key}` is given twice"));
+            }
             match key {
                 "ipd" => ipd = Some(metres()?),
                 "convergence" => convergence = Some(metres()?),

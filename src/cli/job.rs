@@ -10,7 +10,7 @@ use std::{
 use batch_render::{
     accel::BuildOptions,
     batch::{Job, Observer, Plan, Request, Stale, merge},
-    error::Error,
+    error::{Blame, Error},
     render::{Cancel, Control, Counters, ShowRequest},
     simd::Isa,
 };
@@ -234,7 +234,12 @@ fn render(args: &RenderArgs, turn: Turn<'_>) -> anyhow::Result<()> {
     let Some(first) = errors.next() else {
         return Ok(());
     };
-    let others = errors.filter(|other: &anyhow::Error| other.to_string() != first.to_string());
+    // A place where nothing can be created is told once, by the check before the job.
+    let is_of_place =
+        |error: &anyhow::Error| error.downcast_ref::<Error>().map(Error::blame) == Some(Blame::CannotCreate);
+    let is_told =
+        |other: &anyhow::Error| other.to_string() == first.to_string() || is_of_place(other) && is_of_place(&first);
+    let others = errors.filter(|other| !is_told(other));
     others.for_each(|other| log::report(&other));
     Err(first)
 }

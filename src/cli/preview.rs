@@ -239,6 +239,10 @@ impl<'a> Preview<'a> {
         let missing = frames.iter().filter(|frame| !spool.has(frame)).count();
         let own = plan.frames.iter().filter(|frame| !spool.has(frame)).count();
         let (name, count) = (path.display(), frames.len());
+        if cancel.is_cancelled() && (spool.size.is_none() || self.size == PreviewSize::Full && own > 0) {
+            // The signal is why there is nothing to write, and an older file stays.
+            return Ok(());
+        }
         match self.size {
             PreviewSize::Full if own > 0 => {
                 let reason = format!("{own} of its {count} frames are missing, and an older file stays as it is");

@@ -1,6 +1,6 @@
 //! The request that arguments make.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use batch_render::{
     accel::BuildOptions,
@@ -36,6 +36,16 @@ pub fn request(args: &RenderArgs, outlets: &Outlets, simd: Isa) -> Result<Reques
         let message = "--part with --denoise: a frame is denoised with those around it, which other parts render. Render the \
                        parts with --denoise-step render, and denoise them with --denoise-step denoise";
         return Err(Error::Usage(message.to_owned()));
+    }
+    let files = [
+        ("stats", &args.stats),
+        ("report", &args.report),
+        ("preview", &args.preview),
+    ];
+    let is_stream = |(_, path): &(&str, &Option<PathBuf>)| path.as_deref() == Some(Path::new("-"));
+    if let Some((flag, _)) = files.into_iter().find(is_stream) {
+        let message = format!("--{flag} -: only frames go to standard output (-o -); a file of this name is ./-");
+        return Err(Error::Usage(message));
     }
     let existing = match (args.existing.skips(), args.existing.fail_existing) {
         (true, _) => Existing::Skip,

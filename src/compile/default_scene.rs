@@ -359,6 +359,10 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
     };
     let whole = options.normalise.map(|shape| (shape, shown.bounds()));
     let place = whole.and_then(|(shape, bounds)| ModelPlace::new(shape, &bounds));
+    if let Some((_, bounds)) = whole.filter(|_| place.is_some_and(|place| place.is_too_large())) {
+        let (size, path) = (2.0 * bounds.half_diagonal(), path.to_owned());
+        return Err(Error::TooSmall { size, path });
+    }
     let placed = |bounds: DAabb| place.map_or(bounds, |place| place.bounds(&bounds));
     let bounds = placed(at_rest);
     let center = center(&bounds);

@@ -22,6 +22,8 @@ pub enum Error {
         /// The scene's file.
         path: PathBuf,
     },
+    #[error("--normalise: the model is {size:?} m large, too small to be scaled to a common size: {}", path.display())]
+    TooSmall { size: f64, path: PathBuf },
     #[error("{cause}: {}", path.display())]
     Memory {
         cause: OverBudget,

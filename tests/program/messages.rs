@@ -112,3 +112,53 @@ fn scenes_of_other_programs_come_with_advice() {
         assert!(said.contains(advice), "{said}");
     }
 }
+
+#[test]
+fn messages_name_what_is_to_be_changed() {
+    let folder = Folder::new();
+    folder.write("s.toml", SMALL_SCENE);
+    for name in ["e.json", "e.glb", "e.chan"] {
+        folder.write(name, "\n");
+    }
+    folder.write("list.json", "[]");
+    folder.write("file", "");
+    folder.write("dot.obj", "v 0 0 0\nv 0 0 0\nv 0 0 0\nf 1 2 3\n");
+    folder.write("tiny.obj", "v 0 0 0\nv 1e-30 0 0\nv 0 1e-30 0\nf 1 2 3\n");
+    for (code, args, expected) in [
+        (65, &["--frames", "e.json"][..], "error: e.json: the file is empty\n"),
+        (65, &["--frames", "e.glb"], "error: e.glb: the file is empty\n"),
+        (
+            65,
+            &["--frames", "list.json"],
+            "expected an object with a list `frames` or `camera_path`",
+        ),
+        (
+            2,
+            &["--stats", "-"],
+            "--stats -: only frames go to standard output (-o -)",
+        ),
+        (2, &["--stereo", "ipd=0.06,ipd=0.07"], "`ipd` is given twice"),
+        (65, &["--max-memory", "100K"], "and 100 KiB are allowed (--max-memory)"),
+    ] {
+        let said = folder.fail(code, &[&["s.toml", "-o", "f.png"], args].concat());
+        assert!(said.contains(expected), "{said}");
+    }
+    for (job, folders) in [
+        (&["-o", "file/f.png"][..], 1),
+        (&["-o", "f.png", "--report", "file"], 1),
+    ] {
+        let said = folder.fail(73, &[&["s.toml", "--resolution", "8x8"], job].concat());
+        let told = said.matches("file is a file, and a folder must be there").count();
+        assert_eq!((told, said.matches("error:").count()), (folders, folders), "{said}");
+    }
+    let said = folder.fail(65, &["dot.obj", "--views", "cube", "-o", "f.#.png"]);
+    assert!(
+        said.contains("--views: the scene has nothing with bounds: dot.obj"),
+        "{said}"
+    );
+    let said = folder.fail(65, &["tiny.obj", "--normalise", "unit-cube", "-o", "f.png"]);
+    assert!(
+        said.contains("--normalise: the model is 1.4") && said.contains("too small"),
+        "{said}"
+    );
+}

@@ -119,3 +119,39 @@ fn a_film_needs_ffmpeg_and_other_endings_are_refused() {
     );
     folder.fail(2, &[&JOB[..7], &["--preview", "film.gif"]].concat());
 }
+
+/// What is missing in a film of a job that was stopped is no fault.
+#[cfg(unix)]
+#[test]
+fn a_job_that_is_stopped_says_nothing_of_its_films() {
+    let folder = folder();
+    for film in [["--preview", "film.png"], ["-o", "film.gif"]] {
+        let mut program = folder.program_with_signals();
+        let job = [
+            "s.toml",
+            "--frames",
+            "path.csv",
+            "-o",
+            "f.####.png",
+            "--samples",
+            "1000000",
+            "--progress",
+            "json",
+        ];
+        let program = program.args(job).args(film);
+        let piped = std::process::Stdio::piped;
+        let mut child = program.stdout(piped()).stderr(piped()).spawn().expect("it starts");
+        let mut lines = std::io::BufRead::lines(std::io::BufReader::new(child.stdout.take().expect("piped")));
+        assert!(lines.next().expect("a line").expect("UTF-8").contains("frame_started"));
+        let status = std::process::Command::new("kill")
+            .args(["-TERM", &child.id().to_string()])
+            .status();
+        assert!(status.expect("kill runs").success());
+        assert_eq!(lines.count(), 0);
+        let output = child.wait_with_output().expect("it ends");
+        assert_eq!(
+            (output.status.code(), &*stderr(&output)),
+            (Some(143), "error: cancelled\n")
+        );
+    }
+}

@@ -210,9 +210,9 @@ fn what_views_cannot_do_is_refused() {
     );
     let empty = SCENE.find("[[object]]").expect("an object");
     folder.write("s.toml", &SCENE[..empty]);
-    let message = refused(&["--views", "cube"]);
+    let message = folder.fail(65, &["s.toml", "-o", "f.##.png", "--views", "cube"]);
     assert!(
-        message.contains("--views: the scene has nothing with bounds"),
+        message.contains("--views: the scene has nothing with bounds: s.toml"),
         "{message}"
     );
 }

@@ -75,7 +75,10 @@ pub(in crate::batch) fn fitted(
         }
     }
     if !bounds.is_finite() {
-        return refuse("the scene has nothing with bounds".to_owned());
+        return Err(Error::Boundless {
+            flag: "--frame-to-fit",
+            path: desc.source.path.clone(),
+        });
     }
     let points = swept(&bounds, start.center(), request.turntable);
     let Some(back) = retreat(&view, size, (&points, MARGIN)) else {

@@ -31,7 +31,10 @@ pub(in crate::batch) fn view_bounds(
     if bounds.is_finite() && bounds.half_diagonal() > 0.0 {
         return Ok(bounds);
     }
-    Err(Error::Usage("--views: the scene has nothing with bounds".to_owned()))
+    Err(Error::Boundless {
+        flag: "--views",
+        path: desc.source.path.clone(),
+    })
 }
 
 /// The cameras of the views of one scene.

@@ -63,7 +63,7 @@ fn write_json(path: &Path, content: &impl Serialize) -> Result<(), OutputError> 
 /// Writes the files of a reconstruction into `folder`, which is made.
 fn write_colmap(folder: &Path, transforms: &Transforms) -> Result<(), OutputError> {
     fs::create_dir_all(folder).map_err(|source| OutputError::Create {
-        source,
+        source: atomic::folder_problem(source, folder),
         path: folder.to_owned(),
     })?;
     let files = colmap::files(transforms).map(|(name, text)| (folder.join(name), text));

@@ -40,6 +40,12 @@ impl ModelPlace {
         (bounds.is_finite() && scale.is_finite() && translate.is_finite()).then_some(Self { scale, translate })
     }
 
+    /// Whether its numbers are beyond those of a scene file.
+    pub fn is_too_large(&self) -> bool {
+        let largest = self.scale.max(self.translate.abs().max_element());
+        largest > f64::from(f32::MAX) || self.light_factor() > f64::from(f32::MAX)
+    }
+
     /// The map of the description of a model by itself, with the digits that it keeps.
     pub fn of(desc: &SceneDesc) -> Option<Self> {
         let place = world_from_object(desc.objects.first()?).ok()?;

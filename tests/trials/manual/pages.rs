@@ -285,7 +285,9 @@ fn passes_page() -> Page {
         doc += &format!("| `{name}` | {channels} | {pixel} | {combine} | {background} | {display} | {about} |\n");
     }
     doc += "\nFiltered passes are means of a pixel's samples, weighted by the pixel filter and premultiplied. Nearest ones show the \
-            sample nearest to the pixel's centre. Ranked ones are Cryptomatte: the ids of the mattes that cover the pixel and the \
+            sample nearest to the pixel's centre. The pixel filter chooses where samples are: with few of them that one may lie in the \
+            next pixel, 1.2 pixels away with 2 samples, 0.7 with 4, 0.3 with 16. With one sample it is the centre: render labels with \
+            `--samples 1`. Ranked ones are Cryptomatte: the ids of the mattes that cover the pixel and the \
             coverage of each, two in a layer (`CryptoObject00`, `CryptoObject01`, ...), weighted by the pixel filter where it is \
             positive; lens, shutter and opacity are in the coverage. The light components (`diffuse_direct` to `emission`) sum to the beauty, and so \
             do the light groups. `denoise` stands for the passes that denoisers read: `objectId`, the halves, and the means of features with their \
