@@ -17,6 +17,7 @@ pub(super) mod picture;
 pub mod range;
 pub(super) mod request;
 pub(super) mod rig;
+pub(super) mod sample_ranges;
 pub(super) mod time_limit;
 pub(super) mod turntable;
 pub(super) mod two_eyes;
@@ -162,7 +163,7 @@ impl Plan {
         picture.add_for_denoisers(moves, desc.has_catchers());
         let sums = KeptSums {
             moves: values.is_some() || plays,
-            copies: request.policy.checkpoint.is_some() || request.policy.keep_sums,
+            copies: request.policy.checkpoint.is_some() || request.policy.keep_sums || request.sample_ranges.is_some(),
         };
         memory::take(desc, &picture, sums, inputs.memory())?;
         let JobCameras {
@@ -269,6 +270,12 @@ impl Plan {
     pub fn renders(&self) -> bool {
         let denoise = self.files.denoise.as_ref();
         denoise.is_none_or(|denoise| denoise.steps != DenoiseSteps::Denoise)
+    }
+
+    /// Whether the sums of finished frames are kept.
+    pub fn keeps_sums(&self) -> bool {
+        let ranges = self.picture.settings.ranges;
+        self.policy.keep_sums || ranges.is_some_and(|ranges| ranges.only.is_some())
     }
 
     /// The denoising that the job does, if any.

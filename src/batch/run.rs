@@ -149,15 +149,10 @@ fn render_all<'a>(
         let start = Instant::now();
         let eyes = rig.eyes(plan, frame);
         let fingerprint = Fingerprint::of_frame(plan, survey.inputs, frame);
-        let sums = plan
-            .policy
-            .keep_sums
-            .then(|| Fingerprint::of_sums(plan, survey.inputs, frame));
-        let interrupts = FrameInterrupts::new(plan, (frame, &fingerprint.file, sums), coverage, control.show);
+        let interrupts = FrameInterrupts::new(plan, (frame, survey.inputs, &fingerprint.file), coverage, control.show);
         let own_control = Control {
             // They are of one film.
-            interrupts: (eyes.len() == 1 && (interrupts.keep_state() || control.show.is_some()))
-                .then_some(&interrupts as &dyn Interrupts),
+            interrupts: (eyes.len() == 1).then_some(&interrupts as &dyn Interrupts),
             ..*control
         };
         let attempt = failure::catch(|| {
@@ -170,7 +165,7 @@ fn render_all<'a>(
                 plan.render_frame(&renderer, &mut of_frame, (frame, camera), &own_control)
             });
             match films.collect::<Result<Vec<Film>, Failed>>() {
-                Ok(films) => Ok(Ok(films)),
+                Ok(films) => interrupts.lost().map_or(Ok(Ok(films)), |error| Err(error.into())),
                 Err(Failed::Render(error)) => Ok(Err(error)),
                 Err(Failed::Scene(error)) => Err(error),
             }
@@ -211,7 +206,7 @@ fn render_all<'a>(
             frame: frame.number,
             took,
         });
-        let (got, wanted) = (film.samples, plan.picture.settings.samples.max);
+        let (got, wanted) = (film.samples, plan.picture.settings.pixel_samples());
         if got < wanted {
             let number = frame.number;
             let text = format!("frame {number} has {got} of {wanted} samples, the time limit is over");

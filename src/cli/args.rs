@@ -9,6 +9,7 @@ use batch_render::{
     batch::{PartSpec, Turn},
     compile::default_scene::normalise::Normalise,
     output::DepthUnit,
+    render::SampleRanges,
     shape::mesh::LightUnits,
 };
 use clap::{
@@ -333,6 +334,10 @@ pub struct RenderArgs {
     /// Its files have the bits of a job with --keep-sums and all the samples. Frames that move while the shutter is open start anew.
     #[arg(long, visible_alias = "continue", hide_short_help = true, help_heading = heading::JOB)]
     pub keep_sums: bool,
+
+    /// Render the Ith of N ranges of the samples of each frame; all/N adds up the ranges that are there and renders the others
+    #[arg(long, value_name = "I/N", hide_short_help = true, help_heading = heading::JOB)]
+    pub sample_range: Option<SampleRanges>,
 
     /// Treatment of files that another job is writing
     #[arg(long, value_enum, value_name = "WHAT", default_value_t, hide_short_help = true, help_heading = heading::JOB)]

@@ -83,6 +83,7 @@ pub fn request(args: &RenderArgs, outlets: &Outlets, simd: Isa) -> Result<Reques
             keep_sums: args.keep_sums,
         },
         time_limit: args.time_limit,
+        sample_ranges: args.sample_range,
         crop: args.crop,
         denoise: args
             .denoise

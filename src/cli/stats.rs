@@ -97,7 +97,7 @@ impl<'a> Stats<'a> {
             scene: job.desc.source.path.display().to_string(),
             settings: settings.clone(),
             resolution: plan.picture.resolution(),
-            samples: plan.picture.settings.samples.max,
+            samples: plan.picture.settings.pixel_samples(),
             min_samples: adaptive.map(|rule| rule.min),
             noise_threshold: adaptive.map(|rule| rule.threshold),
             threads: rayon::current_num_threads(),

@@ -120,6 +120,39 @@ impl TileAccumulator {
         invalid
     }
 
+    /// Adds the sums of later samples of the same tile and layout.
+    pub fn append(&mut self, layout: &AccumulatorLayout, later: &Self) {
+        let sums = [
+            (&mut self.beauty, &later.beauty),
+            (&mut self.light, &later.light),
+            (&mut self.features, &later.features),
+        ];
+        for (own, later) in sums.into_iter().flat_map(|(own, later)| own.iter_mut().zip(later)) {
+            own.append(later);
+        }
+        let halves = [
+            (&mut self.feature_halves, &later.feature_halves),
+            (&mut self.halves, &later.halves),
+        ];
+        for (own, later) in halves.into_iter().flat_map(|(own, later)| own.iter_mut().zip(later)) {
+            own.append(later);
+        }
+        for (own, later) in self.moments.iter_mut().zip(&later.moments) {
+            own.append(later);
+        }
+        // The earlier one of two samples at the same distance counts.
+        let width = layout.data_width;
+        for (pixel, (own, later_distance)) in self.nearest.iter_mut().zip(&later.nearest).enumerate() {
+            if later_distance < own {
+                *own = *later_distance;
+                let values = pixel * width..(pixel + 1) * width;
+                self.data[values.clone()].copy_from_slice(&later.data[values]);
+            }
+        }
+        self.catchers.append(&later.catchers);
+        self.coverage.append(&later.coverage);
+    }
+
     /// Makes all samples so far the first half, and later ones the second.
     pub fn start_second_half(&mut self) {
         for (halves, sum) in self.halves.iter_mut().zip(&self.beauty) {

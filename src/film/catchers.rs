@@ -64,6 +64,21 @@ impl TileCatchers {
         }
     }
 
+    /// Adds the sums of later samples.
+    pub fn append(&mut self, later: &Self) {
+        for (own, later) in self.sums.as_flattened_mut().iter_mut().zip(later.sums.as_flattened()) {
+            own.append(later);
+        }
+        for (own, later) in self
+            .halves
+            .as_flattened_mut()
+            .iter_mut()
+            .zip(later.halves.as_flattened())
+        {
+            own.append(later);
+        }
+    }
+
     /// Makes all samples so far the first half.
     pub fn start_second_half(&mut self) {
         for (halves, sums) in self.halves.iter_mut().zip(&self.sums) {

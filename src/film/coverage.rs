@@ -28,6 +28,11 @@ impl Weight {
     }
 
     /// The share of `self` in the weights of a pixel.
+    fn append(&mut self, later: &Self) {
+        self.positive += later.positive;
+        self.count += later.count;
+    }
+
     fn share(&self, total: &Self) -> f32 {
         if total.positive > 0.0 {
             self.positive / total.positive
@@ -75,23 +80,42 @@ impl TileCoverage {
 
     /// Adds the same weight to the matte of the sample.
     pub fn add(&mut self, pixel: usize, pass: usize, id: u32, weight: f32) {
+        self.weight_of(pixel, pass, id).add(weight);
+    }
+
+    /// Adds the sums of later samples.
+    pub fn append(&mut self, later: &Self) {
+        for (own, later) in self.totals.iter_mut().zip(&later.totals) {
+            own.append(later);
+        }
+        for (slot, &head) in later.heads.iter().enumerate() {
+            let mut at = head;
+            while at > 0 {
+                let entry = &later.entries[at as usize - 1];
+                self.weight_of(slot / self.passes, slot % self.passes, entry.id)
+                    .append(&entry.weight);
+                at = entry.next;
+            }
+        }
+    }
+
+    /// The weight of a matte in a pixel of a pass, which is added if it is not there.
+    fn weight_of(&mut self, pixel: usize, pass: usize, id: u32) -> &mut Weight {
         let head = &mut self.heads[pixel * self.passes + pass];
         let mut at = *head;
-        while at > 0 {
-            let entry = &mut self.entries[at as usize - 1];
-            if entry.id == id {
-                return entry.weight.add(weight);
-            }
-            at = entry.next;
+        while at > 0 && self.entries[at as usize - 1].id != id {
+            at = self.entries[at as usize - 1].next;
         }
-        let mut entry = Entry {
-            id,
-            weight: Weight::default(),
-            next: *head,
-        };
-        entry.weight.add(weight);
-        self.entries.push(entry);
-        *head = self.entries.len() as u32;
+        if at == 0 {
+            self.entries.push(Entry {
+                id,
+                weight: Weight::default(),
+                next: *head,
+            });
+            *head = self.entries.len() as u32;
+            at = *head;
+        }
+        &mut self.entries[at as usize - 1].weight
     }
 
     /// Appends its state.

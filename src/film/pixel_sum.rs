@@ -27,6 +27,16 @@ impl PixelSum {
         self.count += 1;
     }
 
+    /// Adds the sum of later samples.
+    pub fn append(&mut self, later: &Self) {
+        self.rgb += later.rgb;
+        self.alpha += later.alpha;
+        self.weight += later.weight;
+        self.unsigned += later.unsigned;
+        self.unsigned_alpha += later.unsigned_alpha;
+        self.count += later.count;
+    }
+
     /// The pixel: premultiplied R, G, B and A.
     ///
     /// It is the weighted mean, or the plain mean if the sum of weights is less than a tenth of the samples, because the weighted
@@ -71,6 +81,13 @@ impl HalfSums {
         self.0[half].add(l, alpha, weight);
     }
 
+    /// Adds the sums of later samples.
+    pub fn append(&mut self, later: &Self) {
+        for (own, later) in self.0.iter_mut().zip(&later.0) {
+            own.append(later);
+        }
+    }
+
     /// The mean of this half of the samples without its alpha.
     pub fn mean(&self, half: usize) -> [f32; 3] {
         let [r, g, b, _] = self.resolve(half);
@@ -112,6 +129,16 @@ impl Moments {
         }
         self.weight += f64::from(weight);
         self.count += 1;
+    }
+
+    /// Adds the sums of later samples.
+    pub fn append(&mut self, later: &Self) {
+        for c in 0..3 {
+            self.sum[c] += later.sum[c];
+            self.squares[c] += later.squares[c];
+        }
+        self.weight += later.weight;
+        self.count += later.count;
     }
 
     /// The variance of `mean`, the mean of these samples, if they are independent; 0 for fewer than two.

@@ -34,7 +34,7 @@ impl FrameMetadata {
     pub fn new(frame: i32, settings: &Settings, integrator: &dyn Integrator) -> Self {
         Self {
             frame,
-            samples: settings.samples.max,
+            samples: settings.pixel_samples(),
             seed: settings.seed,
             sampler: settings.sampler.name(),
             working_space: WorkingSpace::default(),

@@ -39,8 +39,9 @@ pub trait Interrupts: Sync {
     /// Whether [`PartialFrame::state`] will be called; then the accumulators of finished tiles are kept.
     fn keep_state(&self) -> bool;
 
-    /// The state of an earlier render of the same frame, which was unfinished or had fewer samples.
-    fn earlier_state(&self) -> Option<Vec<u8>> {
+    /// The state of an earlier render of the same frame, which was unfinished or had fewer samples, or of the range of its samples with
+    /// this number from 0.
+    fn earlier_state(&self, _range: Option<u32>) -> Option<Vec<u8>> {
         None
     }
 

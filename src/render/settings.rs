@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-use super::{SampleBudget, adaptive};
+use super::{SampleBudget, SampleRanges, adaptive};
 use crate::{
     film::{AccumulatorLayout, FilmLayout, PassRequest, PassSpec, Window, coverage::DEFAULT_RANKS},
     filter::Filter,
@@ -18,6 +18,8 @@ pub struct Settings {
     /// The part of the picture to render.
     pub window: Window,
     pub samples: SampleBudget,
+    /// The ranges of the samples whose sums are added, if they are divided.
+    pub ranges: Option<SampleRanges>,
     pub seed: u32,
     /// The frame number for the random numbers, see [`SeedMode`](crate::sampler::SeedMode).
     pub noise_frame: i32,
@@ -49,6 +51,7 @@ impl Settings {
             resolution,
             window: Window::full(resolution),
             samples: SampleBudget::fixed(samples),
+            ranges: None,
             seed: 0,
             noise_frame: 1,
             sampler: Sampler::default_for(samples),
@@ -71,9 +74,17 @@ impl Settings {
         pixels as u64
     }
 
+    /// The samples of each pixel, with adaptive sampling the most.
+    pub fn pixel_samples(&self) -> u32 {
+        let one = self
+            .ranges
+            .and_then(|ranges| Some(ranges.range(ranges.only?, self.samples.max)));
+        one.map_or(self.samples.max, |range| range.end - range.start)
+    }
+
     /// The most samples of a frame.
     pub fn max_samples(&self) -> u64 {
-        self.rendered_pixels().saturating_mul(self.samples.max.into())
+        self.rendered_pixels().saturating_mul(self.pixel_samples().into())
     }
 
     /// The order of the planes of a film in the accumulators of its tiles.

@@ -21,11 +21,6 @@ pub(super) struct Tile {
 }
 
 impl Tile {
-    /// Whether any of its pixels has a sample.
-    fn has_samples(&self) -> bool {
-        self.done > 0 || self.moments > 0
-    }
-
     /// Whether it is to get those of these samples that belong to a moment.
     pub fn lacks(&self, moment: Moment, samples: &Range<u32>) -> bool {
         !self.is_converged && self.done < samples.end && self.moments <= moment.index()
@@ -60,11 +55,11 @@ pub(super) struct TileSet {
 }
 
 impl TileSet {
-    /// The tiles of a frame, without samples; `side` is their side unless sampling is adaptive.
-    pub fn new(settings: &Settings, side: u32) -> Self {
+    /// The tiles of a frame before its sample number `first`; `side` is their side unless sampling is adaptive.
+    pub fn new(settings: &Settings, first: u32, side: u32) -> Self {
         let tile = |window| Tile {
             window,
-            done: 0,
+            done: first,
             moments: 0,
             is_converged: false,
             reported: 0,
@@ -102,14 +97,14 @@ impl TileSet {
 
     /// Writes the current pixels into a film, except those without samples and those that it already has.
     pub fn resolve_into(&self, layout: &AccumulatorLayout, film: &mut Film) {
-        for tile in self.tiles.iter().filter(|tile| tile.has_samples()) {
+        for tile in &self.tiles {
             if let Some(accumulator) = &tile.accumulator {
                 accumulator.resolve_into(layout, film);
             }
         }
     }
 
-    /// The state of a frame with this budget as bytes; `elapsed` is the rendering time so far. The sums of all tiles must be present.
+    /// The state of a frame with this budget as bytes; `elapsed` is the rendering time so far. The sums of all samples must be present.
     pub fn state(&self, budget: &SampleBudget, elapsed: Duration) -> Vec<u8> {
         let mut out = Vec::new();
         out.extend([self.side, budget.max].map(u32::to_le_bytes).as_flattened());
@@ -117,11 +112,10 @@ impl TileSet {
         let Range { start, end } = self.sweep.clone().unwrap_or_default();
         out.extend([start, end].map(u32::to_le_bytes).as_flattened());
         for tile in &self.tiles {
-            let accumulator = tile.accumulator.as_ref().filter(|_| tile.has_samples());
-            let done = accumulator.map_or([0; 2], |_| [tile.done, tile.moments]);
-            out.extend(done.map(u32::to_le_bytes).as_flattened());
-            if let Some(accumulator) = accumulator {
-                out.push(u8::from(tile.is_converged));
+            out.extend([tile.done, tile.moments].map(u32::to_le_bytes).as_flattened());
+            out.push(u8::from(tile.is_converged));
+            out.push(u8::from(tile.accumulator.is_some()));
+            if let Some(accumulator) = &tile.accumulator {
                 accumulator.write_state(&mut out);
             }
         }
@@ -131,7 +125,7 @@ impl TileSet {
     /// The tiles of a frame with this state, and their rendering time; `None` if the bytes are not such a state, or if it has another
     /// number of samples and moves or cannot be [extended](Self::extend).
     pub fn from_state(
-        settings: &Settings,
+        (settings, budget): (&Settings, &SampleBudget),
         (layout, moves): (&AccumulatorLayout, bool),
         mut bytes: &[u8],
     ) -> Option<(Self, Duration)> {
@@ -140,15 +134,14 @@ impl TileSet {
         if side == 0 {
             return None;
         }
-        let mut set = Self::new(settings, side);
+        let mut set = Self::new(settings, 0, side);
         let [start, end] = [take(&mut bytes)?, take(&mut bytes)?].map(|bytes| u32::from_le_bytes(*bytes));
         set.sweep = Some(start..end).filter(|sweep| !sweep.is_empty());
         for tile in &mut set.tiles {
-            tile.done = u32::from_le_bytes(*take(&mut bytes)?);
-            tile.moments = u32::from_le_bytes(*take(&mut bytes)?);
-            if tile.has_samples() {
-                let [is_converged] = *take(&mut bytes)?;
-                tile.is_converged = is_converged != 0;
+            [tile.done, tile.moments] = [take(&mut bytes)?, take(&mut bytes)?].map(|bytes| u32::from_le_bytes(*bytes));
+            let [is_converged, has_sums] = *take(&mut bytes)?;
+            tile.is_converged = is_converged != 0;
+            if has_sums != 0 {
                 let mut accumulator = TileAccumulator::new(tile.window, layout);
                 accumulator.read_state(&mut bytes)?;
                 tile.accumulator = Some(accumulator);
@@ -157,18 +150,26 @@ impl TileSet {
         if !bytes.is_empty() {
             return None;
         }
-        if max != settings.samples.max {
+        if max != budget.max {
             if moves {
                 // The samples of a larger budget are in another order.
                 return None;
             }
-            let earlier = SampleBudget {
-                max,
-                ..settings.samples
-            };
-            set.extend(&earlier, &settings.samples, layout.is_by_halves())?;
+            let earlier = SampleBudget { max, ..*budget };
+            set.extend(&earlier, budget, layout.is_by_halves())?;
         }
         Some((set, elapsed))
+    }
+
+    /// Adds the sums of a later range of samples of the same tiles.
+    pub fn append(&mut self, layout: &AccumulatorLayout, later: Self) {
+        for (own, later) in self.tiles.iter_mut().zip(later.tiles) {
+            match (&mut own.accumulator, later.accumulator) {
+                (Some(own), Some(later)) => own.append(layout, &later),
+                (own @ None, later) => *own = later,
+                (Some(_), None) => {}
+            }
+        }
     }
 
     /// Makes tiles of a smaller budget those of a larger one after the same samples. `None` if these are not the samples that it begins

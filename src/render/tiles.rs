@@ -9,7 +9,7 @@ use std::{
 use rayon::prelude::*;
 
 use super::{
-    Cancelled, Control, FrameScenes, RenderError, SceneTime, TileResult,
+    Cancelled, Control, FrameScenes, RenderError, SampleBudget, SampleRanges, SceneTime, TileResult,
     context::{FrameInputs, RenderContext},
     interrupts::PartialFrame,
     moments::{Moment, Moments, Sweep},
@@ -32,46 +32,48 @@ impl From<Cancelled> for Stop {
     }
 }
 
-/// Renders all rounds of a frame, of a moving scene at these moments.
+/// The threads that share the tiles of frames whose samples are divided into ranges: their tiles are the same on all machines.
+const THREADS_OF_RANGES: usize = 16;
+
+/// Renders a frame, of a moving scene at these moments.
 pub(super) fn render<S: FrameScenes>(
     frame: &FrameInputs<'_>,
     (scenes, moments): (&mut S, Option<Moments>),
     waves: &WavePool,
     control: &Control<'_>,
 ) -> Result<Film, S::Error> {
-    let budget = &frame.settings.samples;
-    let mut progress = Progress::new(frame, moments, waves, control);
-    let mut done = progress.tiles.samples();
-    while let Some(mut samples) = progress.next_round(done) {
-        if let Some(moments) = moments {
-            samples = progress.tiles.begin_sweep(schedule::sweep(budget, samples));
-            for moment in (0..moments.count()).map(|index| moments.get(index)) {
-                if progress.tiles.lack(moment, &samples) {
-                    let scene = scenes.at(moment.time())?;
-                    let context = RenderContext::new(scene, frame, Some(moment));
-                    let rendered = progress.moment(&context, moment, &samples);
-                    rendered.map_err(RenderError::from)?;
-                }
-            }
-            progress.end_sweep(&samples).map_err(RenderError::from)?;
-        } else {
-            let context = RenderContext::new(scenes.at(SceneTime::OPENING)?, frame, None);
-            progress.round(&context, &samples).map_err(RenderError::from)?;
-        }
-        done = samples.end;
-        if progress.tiles.are_converged() {
-            done = budget.max;
-            break;
+    let settings = frame.settings;
+    let Some(ranges) = settings.ranges else {
+        let mut progress = Progress::new(frame, moments, waves, (control, None));
+        let done = progress.run((scenes, moments))?;
+        return Ok(progress.finish(done));
+    };
+    let mut sums: Option<TileSet> = None;
+    for index in ranges.indices() {
+        let mut progress = Progress::new(frame, moments, waves, (control, Some((ranges, index))));
+        progress.run((&mut *scenes, moments))?;
+        progress.report_finished();
+        match &mut sums {
+            None => sums = Some(progress.tiles),
+            Some(sums) => sums.append(&frame.accumulators, progress.tiles),
         }
     }
-    Ok(progress.finish(done))
+    let mut film = Film::new(settings.resolution, settings.window, frame.layout);
+    film.samples = settings.pixel_samples();
+    if let Some(sums) = sums {
+        sums.resolve_into(&frame.accumulators, &mut film);
+    }
+    Ok(film)
 }
-
 /// A frame that is being rendered.
 struct Progress<'a> {
     frame: &'a FrameInputs<'a>,
     waves: &'a WavePool,
     control: &'a Control<'a>,
+    /// The budget of the frame, or of a range of its samples.
+    budget: SampleBudget,
+    /// The number of that range.
+    range: Option<u32>,
     tiles: TileSet,
     film: Film,
     start: Instant,
@@ -80,17 +82,27 @@ struct Progress<'a> {
 }
 
 impl<'a> Progress<'a> {
-    /// Begins a frame, with the samples of an earlier, unfinished render.
+    /// Begins a frame, or one of the ranges of its samples, with the samples of an earlier render.
     fn new(
         frame: &'a FrameInputs<'a>,
         moments: Option<Moments>,
         waves: &'a WavePool,
-        control: &'a Control<'a>,
+        (control, range): (&'a Control<'a>, Option<(SampleRanges, u32)>),
     ) -> Self {
         let settings = frame.settings;
-        let state = control.interrupts.and_then(|interrupts| interrupts.earlier_state());
+        let all = 0..settings.samples.max;
+        let samples = range.map_or(all, |(ranges, index)| ranges.range(index, settings.samples.max));
+        let budget = SampleBudget {
+            max: samples.end,
+            ..settings.samples
+        };
+        let number = range.map(|(_, index)| index);
+        let layout = (&frame.accumulators, moments.is_some());
+        let state = control
+            .interrupts
+            .and_then(|interrupts| interrupts.earlier_state(number));
         let earlier = state.and_then(|bytes| {
-            let found = TileSet::from_state(settings, (&frame.accumulators, moments.is_some()), &bytes);
+            let found = TileSet::from_state((settings, &budget), layout, &bytes);
             if let (None, Some(interrupts)) = (&found, control.interrupts) {
                 interrupts.earlier_state_is_left();
             }
@@ -98,14 +110,16 @@ impl<'a> Progress<'a> {
         });
         let (tiles, before) = earlier.unwrap_or_else(|| {
             let times = moments.map_or(1, Moments::of_pixel);
-            let threads = rayon::current_num_threads();
+            let threads = range.map_or_else(rayon::current_num_threads, |_| THREADS_OF_RANGES);
             let side = schedule::tile_side(settings.window, &settings.samples, times, threads);
-            (TileSet::new(settings, side), Duration::ZERO)
+            (TileSet::new(settings, samples.start, side), Duration::ZERO)
         });
         Self {
             frame,
             waves,
             control,
+            budget,
+            range: number,
             tiles,
             film: Film::new(settings.resolution, settings.window, frame.layout),
             start: Instant::now(),
@@ -113,9 +127,37 @@ impl<'a> Progress<'a> {
         }
     }
 
+    /// Renders all rounds. Returns the number of samples of each pixel.
+    fn run<S: FrameScenes>(&mut self, (scenes, moments): (&mut S, Option<Moments>)) -> Result<u32, S::Error> {
+        let mut done = self.tiles.samples();
+        while let Some(mut samples) = self.next_round(done) {
+            if let Some(moments) = moments {
+                samples = self.tiles.begin_sweep(schedule::sweep(&self.budget, samples));
+                for moment in (0..moments.count()).map(|index| moments.get(index)) {
+                    if self.tiles.lack(moment, &samples) {
+                        let scene = scenes.at(moment.time())?;
+                        let context = RenderContext::new(scene, self.frame, Some(moment));
+                        let rendered = self.moment(&context, moment, &samples);
+                        rendered.map_err(RenderError::from)?;
+                    }
+                }
+                self.end_sweep(&samples).map_err(RenderError::from)?;
+            } else {
+                let context = RenderContext::new(scenes.at(SceneTime::OPENING)?, self.frame, None);
+                self.round(&context, &samples).map_err(RenderError::from)?;
+            }
+            done = samples.end;
+            if self.tiles.are_converged() {
+                done = self.budget.max;
+                break;
+            }
+        }
+        Ok(done)
+    }
+
     fn next_round(&self, done: u32) -> Option<Range<u32>> {
         let elapsed = self.before + self.start.elapsed();
-        schedule::next_round(&self.frame.settings.samples, done, elapsed).or(self.tiles.sweep.clone())
+        schedule::next_round(&self.budget, done, elapsed).or(self.tiles.sweep.clone())
     }
 
     /// Gives all tiles these samples.
@@ -167,8 +209,8 @@ impl<'a> Progress<'a> {
 
     /// Whether tiles need their sums no longer after a round of these samples.
     fn finishes_tiles(&self, samples: &Range<u32>) -> bool {
-        let keeps_sums = self.control.interrupts.is_some_and(|i| i.keep_state());
-        samples.end == self.frame.settings.samples.max && !keeps_sums
+        let keeps_sums = self.range.is_some() || self.control.interrupts.is_some_and(|i| i.keep_state());
+        samples.end == self.budget.max && !keeps_sums
     }
 
     /// Does `work` for all tiles, so many together, on all threads. It is repeated for all of them after a pause.
@@ -204,14 +246,14 @@ impl<'a> Progress<'a> {
             tiles: &self.tiles,
             film: &self.film,
             layout: &self.frame.accumulators,
-            budget: &self.frame.settings.samples,
+            budget: &self.budget,
             elapsed: self.before + self.start.elapsed(),
             is_cancelled,
         }
     }
 
-    /// The film of the finished frame, whose pixels have `samples`.
-    fn finish(mut self, samples: u32) -> Film {
+    /// Tells that the tiles have all samples.
+    fn report_finished(&self) {
         if let Some(interrupts) = self.control.interrupts.filter(|i| i.keep_state()) {
             // The time that it took is of no use to a job that goes on from here.
             let elapsed = Duration::ZERO;
@@ -220,6 +262,11 @@ impl<'a> Progress<'a> {
                 ..self.partial(false)
             });
         }
+    }
+
+    /// The film of the finished frame, whose pixels have `samples`.
+    fn finish(mut self, samples: u32) -> Film {
+        self.report_finished();
         self.tiles.resolve_into(&self.frame.accumulators, &mut self.film);
         self.film.samples = samples;
         self.film

@@ -410,7 +410,7 @@ impl Interrupts for Ended {
         true
     }
 
-    fn earlier_state(&self) -> Option<Vec<u8>> {
+    fn earlier_state(&self, _range: Option<u32>) -> Option<Vec<u8>> {
         self.state.lock().expect("a state").clone()
     }
 }

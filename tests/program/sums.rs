@@ -1,6 +1,6 @@
 //! Kept sums: samples that are added to finished frames.
 
-use crate::common::{Folder, SMALL_SCENE, repo_str, stderr};
+use crate::common::{Folder, SMALL_SCENE, pixels, repo_str, stderr};
 
 const PASSES: &str = "depth,N,albedo,variance,sampleCount,CryptoObject,diffuse_direct,lightgroup";
 
@@ -109,4 +109,105 @@ fn frames_that_move_start_anew_and_other_scenes_have_other_sums() {
         said.contains("not used, for it is damaged or of other settings: f.exr.sums"),
         "{said}"
     );
+}
+
+/// Renders these ranges of the samples of a scene in turn.
+fn render_ranges(folder: &Folder, scene: &str, ranges: &[&str], more: &[&str]) {
+    for (run, range) in ranges.iter().enumerate() {
+        let threads = ["2", "1", "3"][run % 3];
+        let own = [
+            "-o",
+            "f.exr",
+            "--progress",
+            "none",
+            "--threads",
+            threads,
+            "--sample-range",
+            range,
+        ];
+        folder.succeed(&[&[scene], &own[..], more].concat());
+    }
+}
+
+fn assert_adds_up(scene: &str, more: &[&str]) {
+    let (whole, folder) = (Folder::new(), Folder::new());
+    render_ranges(&whole, scene, &["all/3"], more);
+    render_ranges(&folder, scene, &["3/3", "1/3", "2/3", "all/3"], more);
+    let folders = ["samples-1-of-3", "samples-2-of-3", "samples-3-of-3"];
+    assert_eq!(folder.names()[1..], folders);
+    assert!(folder.read("f.exr") == whole.read("f.exr"), "{more:?}");
+    assert_eq!(whole.names(), ["f.exr"]);
+}
+
+#[test]
+fn ranges_of_samples_add_up_to_the_bits_of_one_job_of_all_ranges() {
+    let folder = Folder::new();
+    let scene = folder.write("s.toml", SMALL_SCENE);
+    let scene = scene.to_str().expect("a name");
+    assert_adds_up(scene, &["--samples", "16", "--aovs", PASSES]);
+    assert_adds_up(scene, &["--samples", "16", "--aovs", "denoise", "--crop", "7,5,33,20"]);
+    let moving = repo_str("scenes/motion/scene.toml");
+    let more = [
+        "--range",
+        "7",
+        "--resolution",
+        "40x30",
+        "--set",
+        "camera.shutter=[0, 0.5]",
+        "--samples",
+        "7",
+    ];
+    assert_adds_up(&moving, &more);
+}
+
+#[test]
+fn a_range_is_the_picture_of_its_own_samples_and_the_sum_that_of_all() {
+    let folder = Folder::new();
+    let scene = folder.write("s.toml", SMALL_SCENE);
+    let scene = scene.to_str().expect("a name");
+    let (one, ranges) = (Folder::new(), Folder::new());
+    one.succeed(&[scene, "-o", "f.exr", "--samples", "12", "--progress", "none"]);
+    render_ranges(&ranges, scene, &["1/2", "all/2"], &["--samples", "12"]);
+    let (whole, sum) = (pixels(&one.path("f.exr")).1, pixels(&ranges.path("f.exr")).1);
+    let far = whole
+        .iter()
+        .zip(&sum)
+        .filter(|(a, b)| (0..3).any(|c| (a[c] - b[c]).abs() > 2e-3 * a[c].abs()));
+    assert_eq!(far.count(), 0);
+    let image = ranges.open_exr("samples-1-of-2/f.exr");
+    let mut facts = image.layer_data[0].attributes.other.iter();
+    let (_, samples) = facts
+        .find(|(name, _)| **name == *"batch-render/samples")
+        .expect("the number of samples");
+    assert_eq!(*samples, exr::meta::attribute::AttributeValue::I32(6));
+}
+
+#[test]
+fn ranges_are_refused_where_they_do_not_add_up() {
+    let folder = Folder::new();
+    folder.write("s.toml", SMALL_SCENE);
+    let refused = |more: &[&str]| folder.fail(2, &[&["s.toml", "-o", "f.exr", "--samples", "8"], more].concat());
+    for (range, more, message) in [
+        (
+            "2/4",
+            "--noise-threshold=0.1",
+            "does not go with adaptive sampling: give --noise-threshold 0",
+        ),
+        ("2/4", "--keep-sums", "does not go with --keep-sums"),
+        (
+            "2/4",
+            "--denoise",
+            "does not go with --denoise: give it to the job of all ranges",
+        ),
+        (
+            "all/4",
+            "--checkpoint=1s",
+            "does not go with --checkpoint: give it to the jobs of single ranges",
+        ),
+        ("1/9", "--quiet", "8 samples cannot be divided into 9 ranges"),
+        ("5/4", "--quiet", "expected I/N or all/N"),
+    ] {
+        let said = refused(&["--sample-range", range, more]);
+        assert!(said.contains(message), "{said}");
+    }
 }

@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::denoise_options;
+use super::{denoise_options, sample_ranges};
 use crate::{
     assets::{Files, MemoryBudget, model_formats::is_model},
     batch::{Request, TakenFrames, products::metadata::Sidecar},
@@ -100,10 +100,17 @@ impl Patterns {
             }
             patterns.rendered.push(pattern.with_format(format));
         }
+        if let Some(folder) = request.sample_ranges.and_then(sample_ranges::folder) {
+            for pattern in &mut patterns.rendered {
+                let format = pattern.format();
+                *pattern = pattern.in_folder(&folder).map_err(Error::Pattern)?.with_format(format);
+            }
+        }
         let stands_beside = [
             (!request.metadata.is_empty(), "--metadata"),
             (request.policy.checkpoint.is_some(), "--checkpoint"),
             (request.policy.keep_sums, "--keep-sums"),
+            (request.sample_ranges.is_some(), "--sample-range"),
         ];
         let mut needless = stands_beside.into_iter().filter(|(is_given, _)| *is_given);
         if let (true, Some((_, flag))) = (patterns.rendered.is_empty(), needless.next()) {

@@ -1,6 +1,6 @@
 //! The picture that all frames of a job show: the integrator, the passes and the settings of the renderer.
 
-use super::{frame_rate, passes::PassChoice};
+use super::{frame_rate, passes::PassChoice, sample_ranges};
 use crate::{
     accel::BuildOptions,
     batch::{Request, Turntable},
@@ -226,6 +226,9 @@ fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Err
         None => Sampler::default_for(planned),
         Some(said) => said.compile(planned).map_err(|p| Error::Usage(p.message))?,
     };
+    if let Some(ranges) = request.sample_ranges {
+        sample_ranges::check(ranges, samples, adaptive.is_some(), request)?;
+    }
     let levels = desc.output.cryptomatte_levels.as_ref();
     Ok(render::Settings {
         resolution,
@@ -235,6 +238,7 @@ fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Err
             time: request.time_limit,
             ..SampleBudget::fixed(samples)
         },
+        ranges: request.sample_ranges,
         seed: desc.render.seed.0,
         noise_frame: 0,
         sampler,

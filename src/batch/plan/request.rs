@@ -16,6 +16,7 @@ use crate::{
         DepthUnit, Format,
         png::data::{DEPTH, DataPng, IDS, NORMALS},
     },
+    render::SampleRanges,
     shape::mesh::{AnimationChoice, LightUnits},
     warnings::Warnings,
 };
@@ -97,6 +98,8 @@ pub struct Request {
     pub metadata: Vec<Sidecar>,
     /// Files that the caller writes beside the job's own. None of them may be a file that the job reads or writes.
     pub files_of_caller: Vec<PathBuf>,
+    /// The ranges of the samples whose sums are added, and the one that is rendered.
+    pub sample_ranges: Option<SampleRanges>,
     /// Columns and rows beyond each edge of the picture.
     pub overscan: u32,
     pub accel: BuildOptions,

@@ -19,6 +19,7 @@ pub(in crate::batch) fn check(request: &Request) -> Result<(), Error> {
         ("--time-limit", request.time_limit.is_some()),
         ("--checkpoint", policy.checkpoint.is_some()),
         ("--keep-sums", policy.keep_sums),
+        ("--sample-range", request.sample_ranges.is_some()),
         ("--metadata transforms, colmap and coco", has_cameras),
     ];
     match refused.into_iter().find(|(_, is_there)| *is_there) {

@@ -59,7 +59,7 @@ impl Plan {
             .iter()
             .filter_map(checkpoint::path)
             .filter(move |_| has_checkpoints);
-        let keeps_sums = self.policy.keep_sums && self.renders();
+        let keeps_sums = self.keeps_sums() && self.renders();
         let sums = frames
             .iter()
             .filter_map(checkpoint::sums_path)

@@ -11,8 +11,9 @@ use std::{
 
 use crate::{
     assets::ContentHash,
-    batch::PlannedFrame,
+    batch::{PlannedFrame, plan::sample_ranges},
     output::{OutputError, atomic},
+    render::SampleRanges,
     warnings::{WarningKind, Warnings},
 };
 
@@ -27,6 +28,13 @@ pub(in crate::batch) fn path(frame: &PlannedFrame) -> Option<PathBuf> {
 /// The path of kept sums; `None` for a frame without files.
 pub(in crate::batch) fn sums_path(frame: &PlannedFrame) -> Option<PathBuf> {
     beside(frame, ".sums")
+}
+
+/// The path of the kept sums of a range of the samples, which a job with this range alone has written.
+pub(in crate::batch) fn range_path(frame: &PlannedFrame, ranges: SampleRanges) -> Option<PathBuf> {
+    let whole = sums_path(frame)?;
+    let folder = whole.with_file_name(sample_ranges::folder(ranges)?);
+    Some(folder.join(whole.file_name()?))
 }
 
 fn beside(frame: &PlannedFrame, ending: &str) -> Option<PathBuf> {

@@ -18,7 +18,7 @@ use crate::{
     integrator::BuiltIn,
     math::sorting,
     output::{Attribute, DisplayTransform, Encoding, FrameMetadata, Shown, camera_attributes},
-    render::{AdaptiveSampling, Content, SceneTime, Settings, moment_times},
+    render::{AdaptiveSampling, Content, SampleRanges, SceneTime, Settings, moment_times},
     sampler::Sampler,
     shape::mesh::AnimationChoice,
 };
@@ -91,6 +91,8 @@ struct Hashed<'a> {
     resolution: [u32; 2],
     samples: u32,
     adaptive: Option<AdaptiveSampling>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    ranges: Option<SampleRanges>,
     seed: u32,
     noise_frame: i32,
     sampler: &'a Sampler,
@@ -166,6 +168,7 @@ impl<'a> Hashed<'a> {
             resolution,
             window: _,
             samples,
+            ranges,
             seed,
             noise_frame: _,
             sampler,
@@ -194,6 +197,7 @@ impl<'a> Hashed<'a> {
             resolution: *resolution,
             samples: samples.max,
             adaptive,
+            ranges: *ranges,
             seed: *seed,
             noise_frame: picture.seed_mode.frame(number),
             sampler,
@@ -249,10 +253,13 @@ impl Fingerprint {
         Self::by_version(VERSION, plan, settings, inputs, frame)
     }
 
-    /// The hash of what the samples of a frame depend on, but for their number.
-    pub fn of_sums(plan: &Plan, inputs: InputHash, frame: &PlannedFrame) -> String {
+    /// The hash of what the samples of a frame depend on: but for their number, or those of the range with this number.
+    pub fn of_sums(plan: &Plan, inputs: InputHash, frame: &PlannedFrame, range: Option<u32>) -> String {
         let mut settings = plan.picture.settings.clone();
-        settings.samples.max = 0;
+        match (settings.ranges, range) {
+            (Some(ranges), Some(index)) => settings.ranges = Some(ranges.only(index)),
+            _ => settings.samples.max = 0,
+        }
         Self::new(plan, &settings, inputs, (frame.number, &frame.camera)).file
     }
 

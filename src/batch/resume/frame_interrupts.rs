@@ -3,15 +3,18 @@
 use std::{
     fmt,
     path::PathBuf,
-    sync::atomic::{AtomicU64, Ordering},
+    sync::{
+        Mutex,
+        atomic::{AtomicU64, Ordering},
+    },
     time::{Duration, Instant},
 };
 
 use super::checkpoint;
 use crate::{
-    batch::{Plan, PlannedFrame},
-    output::{self, Coverage, FrameImage},
-    render::{Interrupts, PartialFrame, ShowRequest},
+    batch::{Fingerprint, InputHash, Plan, PlannedFrame},
+    output::{self, Coverage, FrameImage, OutputError},
+    render::{Interrupts, PartialFrame, SampleRanges, ShowRequest},
     warnings::WarningKind,
 };
 
@@ -19,9 +22,10 @@ use crate::{
 pub(in crate::batch) struct FrameInterrupts<'a> {
     plan: &'a Plan,
     frame: &'a PlannedFrame,
+    inputs: InputHash,
     fingerprint: &'a str,
-    /// The fingerprint of kept sums.
-    sums: Option<String>,
+    /// Why the sums of the samples are not kept.
+    lost: Mutex<Option<OutputError>>,
     coverage: Coverage,
     show: Option<&'a ShowRequest>,
     start: Instant,
@@ -32,7 +36,7 @@ pub(in crate::batch) struct FrameInterrupts<'a> {
 impl<'a> FrameInterrupts<'a> {
     pub fn new(
         plan: &'a Plan,
-        (frame, fingerprint, sums): (&'a PlannedFrame, &'a str, Option<String>),
+        (frame, inputs, fingerprint): (&'a PlannedFrame, InputHash, &'a str),
         coverage: Coverage,
         show: Option<&'a ShowRequest>,
     ) -> Self {
@@ -40,8 +44,9 @@ impl<'a> FrameInterrupts<'a> {
         Self {
             plan,
             frame,
+            inputs,
             fingerprint,
-            sums,
+            lost: Mutex::new(None),
             coverage,
             show,
             start: Instant::now(),
@@ -52,6 +57,26 @@ impl<'a> FrameInterrupts<'a> {
     fn checkpoint_is_due(&self) -> bool {
         let at = self.checkpoint_at.load(Ordering::Relaxed);
         at < u64::MAX && milliseconds(self.start.elapsed()) >= at
+    }
+
+    /// Why the sums of all samples are not kept, if they are to be and that failed.
+    pub fn lost(&self) -> Option<OutputError> {
+        self.lost
+            .lock()
+            .expect("no thread panics while it holds an error")
+            .take()
+    }
+
+    /// The kept sums of the samples, or of the range with this number, and their fingerprint.
+    fn sums(&self, range: Option<u32>) -> Option<(PathBuf, String)> {
+        let path = match (self.plan.picture.settings.ranges, range) {
+            (Some(ranges @ SampleRanges { only: None, .. }), Some(index)) => {
+                checkpoint::range_path(self.frame, ranges.only(index)).filter(|path| path.exists())
+            }
+            _ if self.plan.keeps_sums() => checkpoint::sums_path(self.frame),
+            _ => None,
+        };
+        Some((path?, Fingerprint::of_sums(self.plan, self.inputs, self.frame, range)))
     }
 
     fn checkpoint_path(&self) -> Option<PathBuf> {
@@ -113,22 +138,17 @@ impl Interrupts for FrameInterrupts<'_> {
     }
 
     fn keep_state(&self) -> bool {
-        self.plan.policy.checkpoint.is_some() || self.sums.is_some()
+        self.plan.policy.checkpoint.is_some() || self.plan.keeps_sums()
     }
 
-    fn earlier_state(&self) -> Option<Vec<u8>> {
-        let checkpoint = || Some((self.checkpoint_path()?, self.fingerprint));
-        let sums = || Some((checkpoint::sums_path(self.frame)?, self.sums.as_deref()?));
-        let found = [checkpoint(), sums()]
-            .into_iter()
-            .flatten()
-            .find_map(|(path, fingerprint)| {
-                let state = checkpoint::read(&path, fingerprint, &self.plan.warnings)?;
-                Some((path, state))
-            });
-        let (path, state) = found?;
-        tracing::info!("frame {} goes on from {}", self.frame.number, path.display());
-        Some(state)
+    fn earlier_state(&self, range: Option<u32>) -> Option<Vec<u8>> {
+        let checkpoint = || Some((self.checkpoint_path()?, self.fingerprint.to_owned()));
+        let read = |(path, fingerprint): (PathBuf, String)| {
+            let state = checkpoint::read(&path, &fingerprint, &self.plan.warnings)?;
+            tracing::info!("frame {} goes on from {}", self.frame.number, path.display());
+            Some(state)
+        };
+        checkpoint().and_then(read).or_else(|| self.sums(range).and_then(read))
     }
 
     fn earlier_state_is_left(&self) {
@@ -137,12 +157,12 @@ impl Interrupts for FrameInterrupts<'_> {
     }
 
     fn finished(&self, frame: &PartialFrame<'_>) {
-        let Some((path, sums)) = checkpoint::sums_path(self.frame).zip(self.sums.as_deref()) else {
+        let range = self.plan.picture.settings.ranges.and_then(|ranges| ranges.only);
+        let Some((path, fingerprint)) = self.sums(range).filter(|_| self.plan.keeps_sums()) else {
             return;
         };
-        if let Err(error) = checkpoint::write(&path, sums, &frame.state()) {
-            self.warn(WarningKind::CHECKPOINT, "does not keep its sums", error);
-        }
+        let written = checkpoint::write(&path, &fingerprint, &frame.state());
+        *self.lost.lock().expect("no thread panics while it holds an error") = written.err();
     }
 }
 
