@@ -66,14 +66,8 @@ impl Integrator for Whitted {
     #[inline(always)]
     fn vertex(&self, context: &VertexContext<'_>, out: &mut ShadingOutput) {
         let scene = context.scene;
-        let end = match context.vertex {
-            Vertex::Surface(surface, _) => surface.t,
-            Vertex::Miss(_) => f32::INFINITY,
-        };
-        for hit in scene.lamps_along(context.ray, end, context.path.depth == 1) {
-            if context.arrives(LightOrigin::Light(hit.light)) {
-                out.add_radiance(hit.radiance, || scene.group_of(hit.light));
-            }
+        if !scene.lights.lamps().is_empty() {
+            add_lamps(context, out);
         }
         let surface = match context.vertex {
             Vertex::Surface(surface, _) => surface,
@@ -154,6 +148,21 @@ struct ShadedPoint<'a, 'b> {
     /// Whether that side is not the viewer's.
     is_lit_behind: bool,
     terms: &'a WhittedTerms,
+}
+
+/// Adds the radiance of the lights with a surface that the ray meets before its vertex.
+#[inline(never)]
+fn add_lamps(context: &VertexContext<'_>, out: &mut ShadingOutput) {
+    let scene = context.scene;
+    let end = match context.vertex {
+        Vertex::Surface(surface, _) => surface.t,
+        Vertex::Miss(_) => f32::INFINITY,
+    };
+    for hit in scene.lamps_along(context.ray, end, context.path.depth == 1) {
+        if context.arrives(LightOrigin::Light(hit.light)) {
+            out.add_radiance(hit.radiance, || scene.group_of(hit.light));
+        }
+    }
 }
 
 impl ShadedPoint<'_, '_> {

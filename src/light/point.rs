@@ -207,6 +207,22 @@ impl PointLight {
         u: Vec2,
         factor: impl Fn(Vec3) -> f32,
     ) -> Option<LightSample> {
+        if self.ball.is_none() && self.beam.is_none() {
+            let intensity = |wi: Vec3| self.intensity * factor(-wi);
+            return sample_point(self.position, from, self.falloff, intensity);
+        }
+        self.sample_formed(tables, from, u, factor)
+    }
+
+    /// The same for a light with a size or a beam; apart, so that the plain one is small enough to be inlined.
+    #[inline(never)]
+    fn sample_formed(
+        &self,
+        tables: &LightTables<'_>,
+        from: Vec3,
+        u: Vec2,
+        factor: impl Fn(Vec3) -> f32,
+    ) -> Option<LightSample> {
         let intensity = |wi: Vec3| self.towards(tables, -wi) * factor(-wi);
         match &self.ball {
             None => sample_point(self.position, from, self.falloff, intensity),

@@ -19,7 +19,7 @@ use super::{
 };
 use crate::{
     accel::{self, RayCost},
-    film::{SampleRecord, TileAccumulator},
+    film::TileAccumulator,
     geometry::{Hit, PrimId},
     integrator::{PathState, ShadingOutput, Stage, light_layers::LightLayers},
     light::environment::EnvironmentLight,
@@ -124,23 +124,6 @@ impl Wave {
         self.out.clock.lap(Stage::Film);
         if let Some(times) = control.stages {
             times.add(&self.out.clock, stats.segments);
-        }
-    }
-
-    /// The finished sample with this index in the wave, whose number in its pixel is `index`.
-    fn record(&self, context: &RenderContext<'_>, sample: usize, index: u32) -> SampleRecord<'_> {
-        let layers = self.out.layers.as_ref().filter(|_| context.needs.light_layers);
-        let without = self.without(sample);
-        SampleRecord {
-            l: self.out.radiance[sample],
-            without,
-            behind: without.and_then(|_| self.behind(context, sample)),
-            alpha: self.alpha[sample],
-            weight: self.weights[sample],
-            index,
-            distance_squared: self.distances_squared.get(sample).copied().unwrap_or(0.0),
-            first: self.first_hits.get(sample).and_then(Option::as_ref),
-            light: layers.map_or(&[], |layers| layers.of_sample(sample)),
         }
     }
 

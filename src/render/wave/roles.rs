@@ -1,7 +1,8 @@
-//! Camera rays that meet holdouts and shadow catchers.
+//! Camera rays that meet holdouts and shadow catchers, and the samples that they become.
 
 use super::Wave;
 use crate::{
+    film::SampleRecord,
     geometry::Hit,
     integrator::PathState,
     math::Rgb,
@@ -62,14 +63,32 @@ impl Wave {
         });
     }
 
+    /// The finished sample with this index in the wave, whose number in its pixel is `index`.
+    #[inline(always)]
+    pub(super) fn record(&self, context: &RenderContext<'_>, sample: usize, index: u32) -> SampleRecord<'_> {
+        let layers = self.out.layers.as_ref().filter(|_| context.needs.light_layers);
+        let without = self.without(sample);
+        SampleRecord {
+            l: self.out.radiance[sample],
+            without,
+            behind: without.and_then(|_| self.behind(context, sample)),
+            alpha: self.alpha[sample],
+            weight: self.weights[sample],
+            index,
+            distance_squared: self.distances_squared.get(sample).copied().unwrap_or(0.0),
+            first: self.first_hits.get(sample).and_then(Option::as_ref),
+            light: layers.map_or(&[], |layers| layers.of_sample(sample)),
+        }
+    }
+
     /// The radiance of a sample without other objects than catchers, if it meets a catcher.
-    pub(super) fn without(&self, sample: usize) -> Option<Rgb> {
+    fn without(&self, sample: usize) -> Option<Rgb> {
         let is_caught = self.is_caught.get(sample).copied().unwrap_or(false);
         is_caught.then(|| self.out.radiance[self.weights.len() + sample])
     }
 
     /// The radiance of the background behind the catcher that this sample meets, if the camera sees one that is not black.
-    pub(super) fn behind(&self, context: &RenderContext<'_>, sample: usize) -> Option<Rgb> {
+    fn behind(&self, context: &RenderContext<'_>, sample: usize) -> Option<Rgb> {
         context
             .shows_plate()
             .then(|| self.out.radiance[2 * self.weights.len() + sample])
