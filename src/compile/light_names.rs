@@ -68,6 +68,9 @@ impl<'a> LightNames<'a> {
     /// Calls `with` to compile lights of a scene with this origin.
     pub fn find<T>(&self, origin: DVec3, with: impl FnOnce(&LightFind<'_>) -> T) -> T {
         let profile = |file: &Spanned<String>| {
+            if file.get_ref().is_empty() {
+                return Err(Problem::at(file.span(), "the name of the file is empty"));
+            }
             let at = self.files.iter().position(|name| name == file.get_ref());
             let unknown = || Problem::at(file.span(), "the file of this light changes over time");
             at.map(|at| ProfileId(at as u32)).ok_or_else(unknown)

@@ -70,6 +70,9 @@ pub(super) use lamp_desc;
 /// for the intensity of the file.
 const MIN_BEAM_COS: f32 = 0.01;
 
+/// The largest extent of a light, in m. At ten thousand times as much its place is lost in single precision, and half of its light.
+const MAX_SIZE: f32 = 1e8;
+
 /// The sides of a surface that emit, their directions and the picture that they show.
 pub(super) struct Outlet<'a> {
     pub sidedness: Sidedness,
@@ -109,6 +112,11 @@ impl Glow<'_> {
     pub fn lamp(self, shape: Shape, outlet: &Outlet<'_>) -> Result<Lamp, Problem> {
         if shape.area() < f32::MIN_POSITIVE {
             return Err(without_area(self.span));
+        }
+        let bounds = shape.bounds();
+        if (bounds.max - bounds.min).max_element() > MAX_SIZE {
+            let problem = Problem::at(self.span, format!("the light is too large: at most {MAX_SIZE:e} m"));
+            return Err(problem.with_help("light from one side is a `sun`, and from all sides the background"));
         }
         let factor = super::temperature::factor(self.temperature, self.exposure)?;
         let sidedness = outlet.sidedness;

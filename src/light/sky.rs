@@ -5,7 +5,7 @@
 //! | `elevation` | of the sun's centre above the horizontal plane, from -90 to 90 | degrees | this or `date` |
 //! | `azimuth` | of the sun, clockwise from -z, seen from above: 90 is +x | degrees | 0 |
 //! | `date` | `"YYYY-MM-DD"`: the day, for a sun by time and place; -z is north | | this or `elevation` |
-//! | `time` | hours since midnight; 13.5 is half past one in the afternoon | h | 12 |
+//! | `time` | hours since midnight, 13.5 is half past one in the afternoon; from 24 on of a later day, so that values over frames may go on | h | 12 |
 //! | `utc_offset` | by which the clock is ahead of universal time | h | 0 |
 //! | `latitude`, `longitude` | of the place; north and east are positive | degrees | 0 |
 //! | `turbidity` | how hazy the air is, from 1 to 10: 1 is air without aerosols, 2 clear, 3 and more hazy | | 1.5 |

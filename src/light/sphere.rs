@@ -16,7 +16,7 @@
 //! sphere = { position = [0, 2.5, 0], radius = 0.1, power = 60, temperature = 2700, camera = true }
 //! ```
 //!
-//! It shines outwards. The page of [`rect`](rect.md) says how lights with a surface behave.
+//! It shines outwards: what is inside of it gets no light. The page of [`rect`](rect.md) says how lights with a surface behave.
 
 use super::{
     IesFile, LightFind,

@@ -2,7 +2,7 @@
 //!
 //! | key | type | unit | default |
 //! |---|---|---|---|
-//! | `scale` | number or `[s, t]`: multiplies s and t, so 2 repeats the texture twice | | 1 |
+//! | `scale` | number other than 0 or `[s, t]`: multiplies s and t, so 2 repeats the texture twice | | 1 |
 //! | `rotate` | number: rotates (s, t) about (0, 0) from s towards t, which rotates the texture the other way | degrees | 0 |
 //! | `offset` | `[s, t]`: is added last | | `[0, 0]` |
 //!
