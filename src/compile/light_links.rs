@@ -2,7 +2,7 @@
 
 use super::{compiler::Compiler, objects::is_model};
 use crate::{
-    describe::{LightGroupName, ObjectDesc},
+    describe::{LIGHT_GROUP, LightGroupName, ObjectDesc},
     material::MaterialId,
     scene::{LightId, LightOrigin, LightSet, ObjectId},
     value::{Problem, Spanned, UnknownName},
@@ -10,9 +10,6 @@ use crate::{
 
 /// The name of the background among lights.
 const BACKGROUND: &str = "background";
-
-/// The beginning of a name that means a light group alone.
-const GROUP: &str = "group:";
 
 impl Compiler<'_> {
     /// The lights that light an object; `None` if all do.
@@ -47,7 +44,7 @@ impl Compiler<'_> {
         let all = self.all_lights();
         let is_meant = |known: &KnownLight| {
             let group = known.group.as_deref();
-            match name.get_ref().strip_prefix(GROUP) {
+            match name.get_ref().strip_prefix(LIGHT_GROUP) {
                 Some(wanted) => group == Some(wanted),
                 None => known.name == *name.get_ref() || group == Some(name.get_ref().as_str()),
             }
@@ -61,9 +58,13 @@ impl Compiler<'_> {
             return Ok(found);
         }
         let mut known: Vec<String> = all.iter().map(|known| known.name.clone()).collect();
-        let has_prefix = name.get_ref().starts_with(GROUP);
+        let has_prefix = name.get_ref().starts_with(LIGHT_GROUP);
         for group in all.into_iter().filter_map(|known| known.group) {
-            let group = if has_prefix { format!("{GROUP}{group}") } else { group };
+            let group = if has_prefix {
+                format!("{LIGHT_GROUP}{group}")
+            } else {
+                group
+            };
             if !known.contains(&group) {
                 known.push(group);
             }

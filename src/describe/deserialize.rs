@@ -31,7 +31,7 @@ pub(super) struct ReadError {
 
 impl ReadError {
     /// The same at `span`, unless a part of that is wrong.
-    fn within(self, span: Span) -> Self {
+    pub fn within(self, span: Span) -> Self {
         Self {
             span: self.span.or(Some(span)),
             ..self

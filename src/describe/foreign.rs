@@ -154,11 +154,17 @@ const KEYS: &[(&[&str], &str)] = &[
     (&["resolution", "size", "resolution_x"], "width"),
 ];
 
+/// Keys of an object that one looks for in its `shape.mesh`.
+const OF_OBJECT: [&str; 5] = ["nodes", "node", "part", "material", "material_overrides"];
+
 /// The help for a name that is not among the `known` ones, if another program has it.
 pub(super) fn help(name: &str, known: &[&str]) -> Option<String> {
     let kind = KINDS
         .iter()
         .find(|(names, kind, _)| names.contains(&name) && known.contains(kind));
+    if known.contains(&"subdivide") && OF_OBJECT.contains(&name) {
+        return Some(format!("write `{name}` beside `shape`: it is a key of [[object]]"));
+    }
     let key = || {
         let key = KEYS
             .iter()

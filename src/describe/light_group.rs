@@ -7,6 +7,9 @@ use serde::{Deserialize, Deserializer, de};
 /// The longest name of a channel that every reader of EXR files accepts, in bytes.
 const MAX_CHANNEL_NAME: usize = 31;
 
+/// The beginning of names that mean light groups in light links.
+pub const LIGHT_GROUP: &str = "group:";
+
 /// The name of a light group: letters, digits, `_` and `-`. Its channels, `lightgroup_NAME.R`, have at most 31 bytes, which every
 /// reader of EXR files accepts. `default` means lights without a group and is no valid name.
 #[derive(Clone, Debug, PartialEq, Eq)]

@@ -37,7 +37,7 @@ mod wording;
 pub use diagnostics::{Diagnostics, Source};
 pub use entity::Entity;
 pub use frame_time::FrameTime;
-pub use light_group::LightGroupName;
+pub use light_group::{LIGHT_GROUP, LightGroupName};
 pub use moving::MovingDesc;
 pub use names::FileKind;
 pub use object_parts::ObjectPartDesc;

@@ -6,7 +6,7 @@ use serde::Deserialize;
 use toml::de::{DeTable, DeValue};
 
 use super::{
-    Diagnostics, OutputDesc, Overrides, RenderDesc, SceneDesc, Source,
+    Diagnostics, LIGHT_GROUP, OutputDesc, Overrides, RenderDesc, SceneDesc, Source,
     deserialize::FileValue,
     foreign,
     kind_tables::{self, KindTable, RANDOM, VALUES},
@@ -192,8 +192,8 @@ impl Reader<'_> {
         let materials = self.named(take("material"), "material", |r, name, v| r.material(name, v));
         let objects: Vec<ObjectDesc> = self.list(take("object"), "object", |r, v| r.object(v));
         let lights = self.list(take("light"), "light", |r, v| r.light(v));
-        self.unique_names("objects", objects.iter().map(|object| &object.name));
-        self.unique_names("lights", lights.iter().map(|light| &light.name));
+        self.unique_names("object", objects.iter().map(|object| &object.name));
+        self.unique_names("light", lights.iter().map(|light| &light.name));
         SceneDesc {
             source,
             values,
@@ -278,8 +278,9 @@ impl Reader<'_> {
 
     /// Parses a table.
     pub fn entity<'i, T: Deserialize<'i>>(&mut self, value: Value<'i>) -> Option<T> {
+        let span = value.span();
         T::deserialize(FileValue(value))
-            .map_err(|e| self.problems.push(e.problem(self.overrides)))
+            .map_err(|e| self.problems.push(e.within(span).problem(self.overrides)))
             .ok()
     }
 
@@ -398,6 +399,7 @@ impl Reader<'_> {
                 .into_iter()
                 .filter_map(|(key, value)| {
                     let name = Spanned::new(key.span(), key.get_ref().to_string());
+                    self.check_name(what, &name);
                     read(self, name, value)
                 })
                 .collect(),
@@ -441,10 +443,23 @@ impl Reader<'_> {
     fn unique_names<'n>(&mut self, what: &str, names: impl Iterator<Item = &'n Option<Spanned<String>>>) {
         let mut seen = HashSet::new();
         for name in names.flatten() {
+            self.check_name(what, name);
             if !seen.insert(name.get_ref().as_str()) {
-                let message = format!("two {what} are named `{}`", name.get_ref());
+                let message = format!("two {what}s are named `{}`", name.get_ref());
                 self.problems.push(Problem::at(name.span(), message));
             }
+            if name.get_ref().starts_with(LIGHT_GROUP) {
+                let message = format!("a name of {what}s cannot begin with `{LIGHT_GROUP}`");
+                let help = "light links mean a group of lights by it";
+                self.problems.push(Problem::at(name.span(), message).with_help(help));
+            }
+        }
+    }
+
+    fn check_name(&mut self, what: &str, name: &Spanned<String>) {
+        if name.get_ref().is_empty() {
+            let message = format!("the name of the {what} is empty");
+            self.problems.push(Problem::at(name.span(), message));
         }
     }
 }

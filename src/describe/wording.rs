@@ -18,10 +18,11 @@ pub(super) fn in_words_of_the_file(message: &str) -> String {
         return message.to_owned();
     };
     // A struct here is a table there.
-    let expected = if expected.starts_with("struct ") {
-        "a table"
-    } else {
-        expected
+    let expected = match expected {
+        "a sequence" => "a list",
+        "a map" => "a table",
+        expected if expected.starts_with("struct ") => "a table",
+        expected => expected,
     };
     let value = VALUES
         .iter()
@@ -63,6 +64,10 @@ mod tests {
             (
                 "invalid value: string \"a, b\", expected a colour",
                 "expected a colour, found the text \"a, b\"",
+            ),
+            (
+                "invalid type: string \"a\", expected a sequence",
+                "expected a list, found the text \"a\"",
             ),
             ("missing field `eye`", "missing field `eye`"),
         ] {
