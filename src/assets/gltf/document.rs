@@ -180,6 +180,13 @@ fn check_version(raw: &Value) -> Result<(), GltfProblem> {
     }
 }
 
+/// Extensions that compress meshes, which other programs decode.
+const COMPRESSIONS: [&str; 3] = [
+    "KHR_draco_mesh_compression",
+    "EXT_meshopt_compression",
+    "KHR_meshopt_compression",
+];
+
 fn check_extensions(raw: &Value) -> Result<(), GltfProblem> {
     let required = raw.get("extensionsRequired").and_then(Value::as_array);
     let unknown: Vec<&str> = required
@@ -192,8 +199,12 @@ fn check_extensions(raw: &Value) -> Result<(), GltfProblem> {
         return Ok(());
     }
     let plural = if unknown.len() == 1 { "extension" } else { "extensions" };
+    let remedy = match unknown.iter().any(|name| COMPRESSIONS.contains(name)) {
+        true => " (decode it: `gltf-transform copy in.glb out.glb`, or import and export it in Blender)",
+        false => "",
+    };
     Err(GltfProblem::unsupported(format!(
-        "it requires the {plural} {}",
+        "it requires the {plural} {}{remedy}",
         unknown.join(", ")
     )))
 }

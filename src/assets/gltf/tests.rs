@@ -200,6 +200,8 @@ fn required_extensions_and_other_versions_are_refused_by_name() {
         read(r#""extensionsRequired": ["KHR_lights_punctual", "EXT_x", "KHR_y"]"#).unwrap_err(),
         "unsupported model: it requires the extensions EXT_x, KHR_y: nowhere/a.glb"
     );
+    let compressed = read(r#""extensionsRequired": ["EXT_meshopt_compression"]"#).unwrap_err();
+    assert!(compressed.contains("EXT_meshopt_compression (decode it: `gltf-transform copy"));
     let old = parse(
         br#"{"asset": {"version": "1.0"}}"#,
         Path::new("a.gltf"),
