@@ -122,11 +122,11 @@ struct Flags {
     sun: Option<toml::Value>,
 
     /// Focal length in mm of the scene's camera, with a sensor that is 36 mm wide
-    #[arg(id = "stage.lens", long = "lens", value_name = "MM", value_parser = positive, hide_short_help = true, help_heading = STAGE)]
+    #[arg(id = "stage.lens", long = "lens", value_name = "MM", value_parser = positive, allow_negative_numbers = true, hide_short_help = true, help_heading = STAGE)]
     lens: Option<toml::Value>,
 
     /// F-number of its lens, such as 2.8; it focuses on the target, unless the scene says where
-    #[arg(id = "stage.fstop", long = "fstop", value_name = "N", value_parser = positive, hide_short_help = true, help_heading = STAGE)]
+    #[arg(id = "stage.fstop", long = "fstop", value_name = "N", value_parser = positive, allow_negative_numbers = true, hide_short_help = true, help_heading = STAGE)]
     fstop: Option<toml::Value>,
 
     /// A value of the scene by its name, such as light.key.point.intensity=90; repeatable

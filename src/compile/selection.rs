@@ -136,6 +136,13 @@ impl SelectedNodes {
         }
     }
 
+    /// Whether no node is meant.
+    pub fn is_empty(&self) -> bool {
+        let is_meant = |one: &Membership| one.is_included && one.part == self.part;
+        let memberships = self.memberships.as_ref();
+        !self.of_none && memberships.is_some_and(|all| !all.iter().any(is_meant))
+    }
+
     /// Whether `node` is meant, or what belongs to no node.
     fn has(&self, node: Option<usize>) -> bool {
         let Some(memberships) = &self.memberships else {

@@ -6,7 +6,7 @@ use super::{
     placed::{LoadedModels, PlacedModel},
 };
 use crate::{
-    describe::{ObjectDesc, SceneDesc},
+    describe::{FileKind, ObjectDesc, SceneDesc},
     material::{MaterialId, MaterialKind as _},
     scene::SceneBuilder,
     shape::mesh::{BoundaryRule, MeshDesc},
@@ -42,6 +42,17 @@ pub(super) fn warn(
                 );
             }
         }
+    }
+    for placed in placed.iter().filter(|placed| placed.part_of.is_some()) {
+        if placed.nodes.is_empty() {
+            let why = "`nodes` of the object and later parts leave it no node";
+            warn(placed.described, "part", why);
+        }
+    }
+    let background = &desc.background;
+    if background.backdrop.is_some() && !background.visible && desc.source.kind == FileKind::Scene {
+        let text = "`backdrop` has no effect, because the background is not visible (`visible = false`)";
+        warnings.add_topic(WarningKind::UNUSED_SETTING, "backdrop", "background", text);
     }
     // Values over frames may make a material shine.
     if options.changes_materials {

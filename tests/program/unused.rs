@@ -70,6 +70,22 @@ fn keys_without_an_effect_are_told() {
             object("car", CAR, "material = \"wall\"\ngroup = \"key\""),
             "`group` has no effect, because it emits no light",
         ),
+        (
+            object(
+                "car",
+                CAR,
+                "nodes = [\"crowd\"]\n[[object.part]]\nnodes = [\"spare\"]\nmaterial = \"wall\"",
+            ),
+            "`part` has no effect, because `nodes` of the object and later parts leave it no node",
+        ),
+        (
+            object(
+                "car",
+                CAR,
+                "[[object.part]]\nnodes = [\"spare\"]\nmaterial = \"wall\"\n[[object.part]]\nnodes = [\"*\"]\nmaterial = \"wall\"",
+            ),
+            "`part` has no effect, because `nodes` of the object and later parts leave it no node",
+        ),
     ];
     for (objects, expected) in cases {
         assert_eq!(
@@ -78,6 +94,16 @@ fn keys_without_an_effect_are_told() {
             "{objects}"
         );
     }
+}
+
+#[test]
+fn a_backdrop_of_a_background_that_is_not_seen_is_told() {
+    let ball = object("car", BALL, "material = \"wall\"");
+    let backdrop = ["--set", "background.backdrop=0.2"];
+    assert_eq!(warnings(&ball, &backdrop), [""; 0]);
+    let expected = "warning: `backdrop` has no effect, because the background is not visible (`visible = false`)";
+    let hidden = [&backdrop[..], &["--set", "background.visible=false"]].concat();
+    assert_eq!(warnings(&ball, &hidden), [expected]);
 }
 
 #[test]

@@ -290,7 +290,7 @@ fn passes_page() -> Page {
             `--samples 1`. Ranked ones are Cryptomatte: the ids of the mattes that cover the pixel and the \
             coverage of each, two in a layer (`CryptoObject00`, `CryptoObject01`, ...), weighted by the pixel filter where it is \
             positive; lens, shutter and opacity are in the coverage. The light components (`diffuse_direct` to `emission`) sum to the beauty, and so \
-            do the light groups. `denoise` stands for the passes that denoisers read: `objectId`, the halves, and the means of features with their \
+            do the light groups, except on shadow catchers, which both leave out. `denoise` stands for the passes that denoisers read: `objectId`, the halves, and the means of features with their \
             variances, and where objects move `forward` and `backward`; the notes say [how true these are](../notes/denoising.md#how-true-the-variances-are). Only EXR and NPZ files hold passes beside the beauty.\n\n\
             PNG and JPEG files of one pass (`show`) show light as the beauty is, and data in ways of their own: heat, the sum of the first two channels from dark \
             blue (0) over green (31) to red (1023 and more); signed, from black (-1) to white (1); near, from white (0) to black (1023 m and more); fraction, what is \
