@@ -19,7 +19,8 @@ use batch_render::{
     value::{List, RgbFactor},
 };
 use libtest_mimic::{Failed, Trial};
-use serde_json::{Value, json};
+use serde::Serialize;
+use serde_json::{Serializer, Value, json, ser::PrettyFormatter};
 
 use crate::common::{files, repo};
 use probe::schema_of;
@@ -36,7 +37,12 @@ pub fn trials() -> Vec<Trial> {
 }
 
 fn is_written() -> Result<(), Failed> {
-    let text = serde_json::to_string_pretty(&schema())? + "\n";
+    // A line for each value, and no indents: they are half of the text, which the program holds.
+    let mut text = Vec::new();
+    let lines = PrettyFormatter::with_indent(b"");
+    schema().serialize(&mut Serializer::with_formatter(&mut text, lines))?;
+    text.push(b'\n');
+    let text = String::from_utf8(text)?;
     if std::env::var_os("BLESS").is_some() {
         fs::write(repo(FILE), &text)?;
     }
