@@ -47,13 +47,11 @@ pub(super) fn fault(
     let pixels = film.beauty();
     let black = parallel::count(pixels, is_black);
     let (mut lit, mut clipped) = (pixels.len() - black, parallel::count(pixels, is_clipped));
-    // A background that is seen is not lit by what clips: surfaces count alone. To find them takes about as long as a sample of all
-    // pixels, so few clipped ones are no cause for it.
-    if shows_background(scene) && 20 * clipped > pixels.len() && 2 * clipped <= lit {
-        let is_surface = surfaces(scene, &first_hits(plan, scene, camera)?);
-        let shown = || pixels.iter().zip(&is_surface).filter(|(_, shown)| **shown);
-        lit = shown().filter(|(pixel, _)| !is_black(pixel)).count();
-        clipped = shown().filter(|(pixel, _)| is_clipped(pixel)).count();
+    // A background that is seen is not lit by what clips: surfaces count alone, where more than a few pixels clip.
+    if shows_background(scene) && 100 * clipped > pixels.len() && 2 * clipped <= lit {
+        let shown = of_surfaces(film, plan, scene, camera)?;
+        lit = shown.iter().filter(|pixel| !is_black(pixel)).count();
+        clipped = shown.iter().filter(|pixel| is_clipped(pixel)).count();
     }
     if 2 * clipped > lit {
         let exposure = match &plan.picture.metering_camera {
@@ -74,7 +72,7 @@ pub(super) fn fault(
         return Some(format!("{black} % of the picture is black: {why}"));
     }
     let (mut seen, mut black_seen) = (0, 0);
-    let hits = first_hits(plan, scene, camera)?;
+    let hits = hits(&plan.settings_of_objects(None), plan, scene, camera)?;
     let hits_nothing = hits.beauty().iter().all(|hit| hit[3] <= 0.0);
     // A catcher without shadow is black and transparent, and no fault.
     for (pixel, _) in pixels.iter().zip(surfaces(scene, &hits)).filter(|(_, shown)| *shown) {
@@ -92,10 +90,9 @@ pub(super) fn fault(
 }
 
 /// A picture whose alpha tells where the camera sees something, and the objects there.
-fn first_hits(plan: &Plan, scene: &Scene, camera: &FrameCamera) -> Option<Film> {
-    let settings = plan.settings_of_objects(None);
+fn hits(settings: &Settings, plan: &Plan, scene: &Scene, camera: &FrameCamera) -> Option<Film> {
     let integrator = plan.picture.integrator.as_dyn();
-    let film = Renderer::new().render(scene, camera, integrator, &settings, &Control::default());
+    let film = Renderer::new().render(scene, camera, integrator, settings, &Control::default());
     film.ok()
 }
 
@@ -114,18 +111,37 @@ fn sees_nothing(plan: &Plan, scene: &Scene, camera: &FrameCamera) -> bool {
     if whole.window != Window::full(whole.resolution) || scene.geometry.objects.is_empty() {
         return false;
     }
+    let mut settings = [small(&whole), whole].into_iter();
+    settings.all(|settings| {
+        let film = hits(&settings, plan, scene, camera);
+        film.is_some_and(|film| film.beauty().iter().all(|hit| hit[3] <= 0.0))
+    })
+}
+
+/// The pixels of `film` that show surfaces, of a whole picture those on a grid.
+fn of_surfaces(film: &Film, plan: &Plan, scene: &Scene, camera: &FrameCamera) -> Option<Vec<[f32; 4]>> {
+    let hits = hits(&small(&plan.settings_of_objects(None)), plan, scene, camera)?;
+    let [own, grid] = [film, &hits].map(|film| [film.window.width(), film.window.height()].map(|n| n as usize));
+    let place = |at: usize, axis: usize| (2 * at + 1) * own[axis] / (2 * grid[axis]);
+    let shown = surfaces(scene, &hits)
+        .into_iter()
+        .enumerate()
+        .filter(|(_, shown)| *shown);
+    let pixel = |(i, _)| film.beauty()[place(i / grid[0], 1) * own[0] + place(i % grid[0], 0)];
+    Some(shown.map(pixel).collect())
+}
+
+/// These settings for a small picture; those of a part of a picture, or of a smaller one, as they are.
+fn small(whole: &Settings) -> Settings {
     let resolution = metered_resolution(whole.resolution);
-    let small = Settings {
+    if whole.window != Window::full(whole.resolution) || resolution[0] >= whole.resolution[0] {
+        return whole.clone();
+    }
+    Settings {
         resolution,
         window: Window::full(resolution),
         ..whole.clone()
-    };
-    let integrator = plan.picture.integrator.as_dyn();
-    let mut settings = [small, whole].into_iter();
-    settings.all(|settings| {
-        let film = Renderer::new().render(scene, camera, integrator, &settings, &Control::default());
-        film.is_ok_and(|film| film.beauty().iter().all(|hit| hit[3] <= 0.0))
-    })
+    }
 }
 
 fn is_dark(scene: &Scene) -> bool {

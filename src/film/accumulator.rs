@@ -14,6 +14,7 @@ use super::{
     state,
 };
 use crate::{math::Rgb, scene::FirstHit, simd::prefetch};
+
 /// The sums of a tile's samples so far.
 #[derive(Clone, Debug)]
 pub struct TileAccumulator {

@@ -27,12 +27,13 @@ impl Weight {
         self.count += 1;
     }
 
-    /// The share of `self` in the weights of a pixel.
+    /// Adds the weights of later samples.
     fn append(&mut self, later: &Self) {
         self.positive += later.positive;
         self.count += later.count;
     }
 
+    /// The share of `self` in the weights of a pixel.
     fn share(&self, total: &Self) -> f32 {
         if total.positive > 0.0 {
             self.positive / total.positive

@@ -65,6 +65,7 @@ pub(super) fn render<S: FrameScenes>(
     }
     Ok(film)
 }
+
 /// A frame that is being rendered.
 struct Progress<'a> {
     frame: &'a FrameInputs<'a>,

@@ -21,6 +21,17 @@ fn prepared() -> Folder {
     folder
 }
 
+/// Runs a task of `job/frames.sbatch` without Slurm.
+fn run_task(folder: &Folder, task: u32) {
+    let status = std::process::Command::new("sh")
+        .arg(folder.path("job/frames.sbatch"))
+        .env("SLURM_ARRAY_TASK_ID", task.to_string())
+        .current_dir(folder.path(""))
+        .stdout(std::process::Stdio::null())
+        .status();
+    assert!(status.expect("a shell").success());
+}
+
 #[cfg(unix)]
 #[test]
 fn the_tasks_of_a_batch_script_render_what_one_run_renders() {
@@ -41,13 +52,7 @@ fn the_tasks_of_a_batch_script_render_what_one_run_renders() {
     let script = String::from_utf8(folder.read("job/frames.sbatch")).expect("UTF-8");
     assert!(script.contains("#SBATCH --array=1-3\n"), "{script}");
     for task in 1..=3 {
-        let status = std::process::Command::new("sh")
-            .arg(folder.path("job/frames.sbatch"))
-            .env("SLURM_ARRAY_TASK_ID", task.to_string())
-            .current_dir(folder.path(""))
-            .stdout(std::process::Stdio::null())
-            .status();
-        assert!(status.expect("a shell").success());
+        run_task(&folder, task);
     }
     for frame in 1..=5 {
         let name = format!("f.{frame}.exr");
@@ -285,13 +290,7 @@ fn tasks_render_both_eyes_of_their_frames() {
     let submit = ["submit", "--engine", "slurm", "--bundle", "job", "--chunk", "3"];
     folder.succeed(&[&submit[..], &stereo].concat());
     for task in 1..=2 {
-        let status = std::process::Command::new("sh")
-            .arg(folder.path("job/frames.sbatch"))
-            .env("SLURM_ARRAY_TASK_ID", task.to_string())
-            .current_dir(folder.path(""))
-            .stdout(std::process::Stdio::null())
-            .status();
-        assert!(status.expect("a shell").success());
+        run_task(&folder, task);
     }
     for name in ["s/left.1.exr", "s/right.1.exr", "s/left.5.exr", "s/right.5.exr"] {
         assert!(folder.read(name) == whole.read(name), "{name}");

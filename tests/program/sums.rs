@@ -4,6 +4,16 @@ use crate::common::{Folder, SMALL_SCENE, pixels, repo_str, stderr};
 
 const PASSES: &str = "depth,N,albedo,variance,sampleCount,CryptoObject,diffuse_direct,lightgroup";
 
+/// A frame of the moving scene in which things move while the shutter is open.
+const BLURRED: [&str; 6] = [
+    "--range",
+    "7",
+    "--resolution",
+    "40x30",
+    "--set",
+    "camera.shutter=[0, 0.5]",
+];
+
 /// Renders a scene with sums, once for each number of samples, and returns what the last run says.
 fn keep(folder: &Folder, scene: &str, samples: &[&str], more: &[&str]) -> String {
     let mut said = String::new();
@@ -92,16 +102,8 @@ fn a_frame_starts_anew_where_the_bits_would_be_others() {
 fn frames_that_move_start_anew_and_other_scenes_have_other_sums() {
     let (whole, folder) = (Folder::new(), Folder::new());
     let scene = repo_str("scenes/motion/scene.toml");
-    let more = [
-        "--range",
-        "7",
-        "--resolution",
-        "40x30",
-        "--set",
-        "camera.shutter=[0, 0.5]",
-    ];
-    keep(&whole, &scene, &["16"], &more);
-    let said = keep(&folder, &scene, &["4", "16"], &more);
+    keep(&whole, &scene, &["16"], &BLURRED);
+    let said = keep(&folder, &scene, &["4", "16"], &BLURRED);
     assert!(said.contains("frame 7 starts without its kept sums"), "{said}");
     assert!(folder.read("f.exr") == whole.read("f.exr"));
     let said = keep(&folder, &scene, &["64"], &["--range", "8", "--resolution", "40x30"]);
@@ -147,17 +149,7 @@ fn ranges_of_samples_add_up_to_the_bits_of_one_job_of_all_ranges() {
     assert_adds_up(scene, &["--samples", "16", "--aovs", PASSES]);
     assert_adds_up(scene, &["--samples", "16", "--aovs", "denoise", "--crop", "7,5,33,20"]);
     let moving = repo_str("scenes/motion/scene.toml");
-    let more = [
-        "--range",
-        "7",
-        "--resolution",
-        "40x30",
-        "--set",
-        "camera.shutter=[0, 0.5]",
-        "--samples",
-        "7",
-    ];
-    assert_adds_up(&moving, &more);
+    assert_adds_up(&moving, &[&BLURRED[..], &["--samples", "7"]].concat());
 }
 
 #[test]

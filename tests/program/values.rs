@@ -2,7 +2,7 @@
 
 use crate::common::Folder;
 
-const SCENE: &str = r#"
+pub const SCENE: &str = r#"
 [render]
 width = 24
 height = 16
