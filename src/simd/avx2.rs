@@ -9,6 +9,7 @@ use super::{
     compact_table::COMPACT_LANES,
     lanes::{Eight, Floats, Mask, SimdLevel, Top},
     pair::Pair,
+    prefetch::prefetch_line,
 };
 
 /// A token: the processor is known to have AVX2 and FMA.
@@ -397,8 +398,7 @@ impl SimdLevel for Avx2 {
     #[inline(always)]
     fn prefetch<const LINES: usize>(self, p: *const u8) {
         for line in 0..LINES {
-            // SAFETY: a prefetch of any address is valid.
-            unsafe { _mm_prefetch::<_MM_HINT_T0>(p.wrapping_add(64 * line).cast()) };
+            prefetch_line(p.wrapping_add(64 * line));
         }
     }
 }

@@ -1,5 +1,7 @@
 //! Kernels and vector loops that are compiled for every SIMD level and dispatched at run time.
 
+#[cfg(target_arch = "aarch64")]
+use super::neon::Neon;
 #[cfg(target_arch = "x86_64")]
 use super::{avx2::Avx2, avx512::Avx512};
 use super::{
@@ -41,6 +43,14 @@ impl Dispatch for Avx512 {
     }
 }
 
+#[cfg(target_arch = "aarch64")]
+impl Dispatch for Neon {
+    #[inline]
+    fn dispatch(self, task: impl VectorLoop) {
+        task.run();
+    }
+}
+
 impl Dispatch for Isa {
     /// Runs `task` with the instructions of this level.
     #[inline]
@@ -53,6 +63,8 @@ impl Dispatch for Isa {
             #[cfg(target_arch = "x86_64")]
             // SAFETY: the value exists only where the processor has the instructions.
             IsaKind::Avx512 => unsafe { Avx512::new() }.dispatch(task),
+            #[cfg(target_arch = "aarch64")]
+            IsaKind::Neon => Neon.dispatch(task),
         }
     }
 }
@@ -90,6 +102,11 @@ macro_rules! kernel {
                 #[cfg(target_arch = "x86_64")]
                 // SAFETY: the value exists only where the processor has the instructions.
                 $crate::simd::isa::IsaKind::Avx512 => unsafe { avx512($($arg),*) },
+                #[cfg(target_arch = "aarch64")]
+                $crate::simd::isa::IsaKind::Neon => {
+                    let $level = $crate::simd::neon::Neon;
+                    $call
+                }
             }
         }
     };

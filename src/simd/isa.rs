@@ -17,6 +17,8 @@ pub(crate) enum IsaKind {
     Avx2,
     #[cfg(target_arch = "x86_64")]
     Avx512,
+    #[cfg(target_arch = "aarch64")]
+    Neon,
 }
 
 const NAMES: &[(IsaKind, &str)] = &[
@@ -25,6 +27,8 @@ const NAMES: &[(IsaKind, &str)] = &[
     (IsaKind::Avx2, "avx2"),
     #[cfg(target_arch = "x86_64")]
     (IsaKind::Avx512, "avx512"),
+    #[cfg(target_arch = "aarch64")]
+    (IsaKind::Neon, "neon"),
 ];
 
 /// The name of a SIMD level is unknown, or this processor does not have the level.
@@ -50,6 +54,8 @@ impl IsaKind {
                         .iter()
                         .all(|n| detected(n))
             }
+            #[cfg(target_arch = "aarch64")]
+            Self::Neon => true,
         }
     }
 }

@@ -51,6 +51,11 @@ pub trait Mask: Copy {
     fn and(self, b: Self) -> Self;
     fn or(self, b: Self) -> Self;
     fn bits(self) -> u32;
+    /// The bits of `self` below those of `next`.
+    #[inline(always)]
+    fn bits_of_two(self, next: Self) -> u32 {
+        self.bits() | next.bits() << Self::LANES
+    }
 }
 
 /// A set of eight lanes, one bit each.

@@ -103,6 +103,6 @@ impl<M: Mask> Mask for Pair<M> {
     }
     #[inline(always)]
     fn bits(self) -> u32 {
-        self.0.bits() | self.1.bits() << M::LANES
+        self.0.bits_of_two(self.1)
     }
 }
