@@ -11,6 +11,7 @@ pub(super) mod memory;
 pub(super) mod metering;
 pub(super) mod part;
 pub(super) mod passes;
+mod path_columns;
 pub(super) mod path_size;
 pub(super) mod patterns;
 pub(super) mod picture;
@@ -174,6 +175,7 @@ impl Plan {
             first_frame,
             first_eye,
             metering,
+            ..
         } = cameras(
             desc,
             request,

@@ -5,6 +5,8 @@
 
 use serde::{Deserialize, Serialize};
 
+use super::intrinsics::IntrinsicsOverrides;
+
 /// The field of view of the picture.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub enum FieldOfView {
@@ -104,6 +106,7 @@ pub struct LensOverrides {
     pub shift_x: Option<f64>,
     /// In picture widths.
     pub shift_y: Option<f64>,
+    pub intrinsics: IntrinsicsOverrides,
 }
 
 impl LensOverrides {
@@ -133,6 +136,7 @@ impl LensOverrides {
         ]
         .into_iter()
         .flatten()
+        .chain(self.intrinsics.columns())
     }
 
     /// The reason why the parameters are invalid, if they are.
@@ -166,6 +170,14 @@ impl LensOverrides {
             ),
             (focus, "the focus distance is not above 0"),
             (shift, "the shift is not finite"),
+            (
+                self.intrinsics.is_valid(),
+                "a focal length or a size in pixels is not above 0, or a number of the lens is not finite",
+            ),
+            (
+                !self.intrinsics.is_of_two_models(),
+                "the distortion has coefficients of two models",
+            ),
         ]
         .into_iter()
         .find(|(fine, _)| !fine)

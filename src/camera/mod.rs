@@ -21,6 +21,7 @@ mod curve;
 pub mod facts;
 pub mod fisheye;
 pub mod frame_camera;
+pub mod intrinsics;
 pub mod lens;
 pub mod orthographic;
 pub mod panorama;

@@ -22,12 +22,16 @@ use glam::{DQuat, DVec3};
 use super::{
     Camera, FilmSize, FrameCamera, Lens, LensOverrides, LookAt, Neighbours, Pose, PoseError, RotationOrder,
     frame_camera::PictureCamera,
-    lens::{Aperture, FieldOfView, Sensor},
     pinhole::PinholeLens,
     shutter::{Readout, Shutter, ShutterInterval, Timing},
+    stereo::StereoEye,
 };
 pub use crate::math::track::Interp;
 use crate::math::track::{Channel, Track};
+
+mod lens_tracks;
+
+use lens_tracks::LensTracks;
 
 /// Frame numbers lie between minus this and this.
 pub const MAX_FRAME: i64 = 1_000_000_000;
@@ -77,6 +81,8 @@ pub struct PathKey {
     pub shutter: Option<Shutter>,
     /// The time of a sensor's readout, in frames, at least 0.
     pub readout: Option<f64>,
+    /// The distance between the eyes of stereo, and that of convergence, in m, above 0.
+    pub stereo: [Option<f64>; 2],
     /// The interpolation up to the next key.
     pub interp: Interp,
     /// The name of the shot that begins here, or of the picture.
@@ -103,10 +109,15 @@ pub struct CameraState {
 impl CameraState {
     /// Returns the lens of the scene's camera with the overrides of the path.
     pub fn apply(&self, scene: &Lens) -> Lens {
-        match self.pinhole {
-            Some(pinhole) => pinhole.into(),
-            None => scene.with_overrides(&self.lens, self.target_distance),
-        }
+        let base = self
+            .pinhole
+            .map_or_else(|| self.lens.intrinsics.base(scene), Lens::from);
+        base.with_overrides(&self.lens, self.target_distance)
+    }
+
+    /// The intrinsics, if the path has a focal length in pixels.
+    pub fn calibrated(&self) -> Option<PinholeLens> {
+        self.pinhole.or_else(|| self.lens.intrinsics.lens())
     }
 
     /// Returns the camera for a film, with the overrides of the path applied to the scene's lens.
@@ -149,16 +160,6 @@ enum OrientationTrack {
     },
 }
 
-#[derive(Clone, Debug, PartialEq)]
-struct LensTracks {
-    view: Track<FieldOfView>,
-    sensor: Track<Sensor>,
-    aperture: Track<Aperture>,
-    focus_distance: Track<f64>,
-    shift_x: Track<f64>,
-    shift_y: Track<f64>,
-}
-
 /// The motion of a camera through keys.
 #[derive(Clone, Debug, PartialEq)]
 pub struct CameraPath {
@@ -171,6 +172,8 @@ pub struct CameraPath {
     pinholes: Vec<(f64, PinholeLens)>,
     shutter: Track<Shutter>,
     readout: Track<f64>,
+    /// The distance between the eyes, and that of convergence, in m.
+    stereo: [Track<f64>; 2],
     /// The timing where no key gives one.
     scene_timing: Timing,
     /// The times at which the camera jumps: those of the keys that follow a held one.
@@ -192,22 +195,17 @@ impl CameraPath {
             return Err(PathError::Empty);
         };
         check(keys)?;
+        let lenses: Vec<_> = keys.iter().map(|k| (k.frame, k.lens, k.interp)).collect();
         let path = Self {
             first: first.frame,
             last: last.frame,
             eye: track(keys, |k| Some(k.eye)),
             orientation: orientation_track(keys),
-            lens: LensTracks {
-                view: track(keys, |k| k.lens.view),
-                sensor: track(keys, |k| k.lens.sensor),
-                aperture: track(keys, |k| k.lens.aperture),
-                focus_distance: track(keys, |k| k.lens.focus_distance),
-                shift_x: track(keys, |k| k.lens.shift_x),
-                shift_y: track(keys, |k| k.lens.shift_y),
-            },
+            lens: LensTracks::new(&lenses),
             pinholes: held(keys, |k| k.pinhole),
             shutter: track(keys, |k| k.shutter),
             readout: track(keys, |k| k.readout),
+            stereo: [0, 1].map(|i| track(keys, |k| k.stereo[i])),
             scene_timing: Timing::default(),
             cuts: keys
                 .iter()
@@ -243,9 +241,24 @@ impl CameraPath {
         self.eye.times()
     }
 
-    /// The intrinsics of calibrated cameras, each with the frame from which on they hold.
-    pub fn pinholes(&self) -> &[(f64, PinholeLens)] {
-        &self.pinholes
+    /// Whether it has intrinsics that replace the lens of any scene.
+    pub fn is_calibrated(&self) -> bool {
+        !self.pinholes.is_empty() || self.lens_at(self.first).intrinsics.lens().is_some()
+    }
+
+    /// The sizes of the pictures for which the intrinsics of its keys hold, in pixels.
+    pub fn sizes(&self) -> impl Iterator<Item = [f64; 2]> {
+        let of_columns = self.keys().filter_map(|frame| self.lens_at(frame).intrinsics.size());
+        self.pinholes.iter().filter_map(|(_, lens)| lens.size).chain(of_columns)
+    }
+
+    /// The place of an eye at a time in frames, by the distances of the path where it has them.
+    pub fn eye_at(&self, frame: f64, eye: &StereoEye) -> StereoEye {
+        let [ipd, convergence] = self.stereo.each_ref().map(|track| track.at(frame));
+        StereoEye {
+            offset: ipd.map_or(eye.offset, |ipd| (0.5 * ipd).copysign(eye.offset)),
+            convergence: convergence.or(eye.convergence),
+        }
     }
 
     /// The time of the first key, in frames.
@@ -293,14 +306,7 @@ impl CameraPath {
     /// Returns the lens overrides at a time in frames. A parameter that any key gives is given at
     /// all times.
     pub fn lens_at(&self, frame: f64) -> LensOverrides {
-        LensOverrides {
-            view: self.lens.view.at(frame),
-            sensor: self.lens.sensor.at(frame),
-            aperture: self.lens.aperture.at(frame),
-            focus_distance: self.lens.focus_distance.at(frame),
-            shift_x: self.lens.shift_x.at(frame),
-            shift_y: self.lens.shift_y.at(frame),
-        }
+        self.lens.at(frame)
     }
 
     /// The camera when the shutter opens and when it closes for the picture of `frame`, by the

@@ -323,6 +323,7 @@ impl LensKind for PerspectiveLens {
             focus_distance: Some(self.focus.distance()),
             shift_x: Some(self.shift[0]),
             shift_y: Some(self.shift[1]),
+            ..LensOverrides::default()
         }
     }
 

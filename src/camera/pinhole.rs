@@ -33,7 +33,8 @@
 //!
 //! Where a model has no ray, beyond the angle from which on its pictures fold over, R, G, B and A are 0. A warning tells how much of the first frame is empty.
 //! Every pass and the motion vectors hold through the distortion. There is no depth of field. Depth is along the optical axis,
-//! but for the two fisheyes, which have the distance. A camera path may move this camera; columns of a lens are errors.
+//! but for the two fisheyes, which have the distance. A camera path may move this camera, and its columns `fx`, `fy`, `cx`, `cy`, `skew`,
+//! `width`, `height`, `k1` and so on replace the numbers; columns of other lenses are errors.
 //!
 //! # Implementation
 //!
@@ -48,7 +49,7 @@ use serde::{Deserialize, Serialize};
 
 use super::{
     CalibratedView, CameraKind, CameraSetup, FilmSize, Lens, LensKind, LensOverrides, PinholeView, Pose, StereoEye,
-    ViewDistortion, ViewMatrices, default_up, look_at, station::Station,
+    ViewDistortion, ViewMatrices, default_up, intrinsics, look_at, station::Station,
 };
 use crate::{
     math::{Ray, RayCone, Vec2, Vec3},
@@ -56,6 +57,7 @@ use crate::{
 };
 
 mod brown;
+mod columns;
 mod distortion;
 mod fisheyes;
 mod model;
@@ -123,10 +125,10 @@ impl From<PinholeLens> for Lens {
 impl LensKind for PinholeLens {
     type Camera = Pinhole;
 
-    const COLUMNS: &'static [&'static str] = &[];
+    const COLUMNS: &'static [&'static str] = &intrinsics::NAMES;
 
-    fn with_overrides(&self, _overrides: &LensOverrides, _target_distance: Option<f64>) -> Self {
-        *self
+    fn with_overrides(&self, overrides: &LensOverrides, _target_distance: Option<f64>) -> Self {
+        overrides.intrinsics.apply(self)
     }
 
     fn parameters(&self) -> LensOverrides {
@@ -260,7 +262,7 @@ impl CameraKind for Pinhole {
             return still;
         }
         let pixels = self.pixels + (to.pixels - self.pixels) * u;
-        // Values over time are single numbers, and coefficients are lists: the distortion stays.
+        // The end of a distortion is found in thousands of steps: it stays from one time of the shutter to the next.
         Self {
             pixels,
             inverse: pixels.inverse(),

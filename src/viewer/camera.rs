@@ -72,6 +72,7 @@ impl LensNumbers {
             focus_distance: self.focus_distance,
             shift_x: self.shift_x,
             shift_y: self.shift_y,
+            ..LensOverrides::default()
         }
     }
 }
@@ -181,6 +182,7 @@ impl ViewCamera {
             pinhole: None,
             shutter: None,
             readout: None,
+            stereo: [None; 2],
             interp: Interp::default(),
             name: None,
         }

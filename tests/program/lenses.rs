@@ -71,6 +71,102 @@ fn points_are_seen_where_transforms_of_distorted_cameras_say() {
     }
 }
 
+#[test]
+fn points_are_seen_where_the_intrinsics_of_each_row_say() {
+    let perspective = "[camera.perspective]\neye = [0, 1, 4]\ntarget = [0, 0, 0]\n";
+    let pinhole = "[camera.pinhole]\neye = [0, 1, 4]\ntarget = [0, 0, 0]\nfx = 10\nsize = [9, 9]\ncy = 9\n";
+    for (camera, columns, model) in [
+        (perspective, "fx,cx,skew", "PINHOLE"),
+        (perspective, "fx,fy,cx,cy,k1,p2,k3", "OPENCV"),
+        (pinhole, "fx,cx,cy,fisheye_k1,fisheye_k3", "OPENCV_FISHEYE"),
+        (pinhole, "cx,cy,fx,k1,k2,p1", "OPENCV"),
+    ] {
+        let folder = Folder::new();
+        folder.write("s.toml", &format!("{SCENE}{camera}"));
+        let value = |column: &str, last: bool| match column {
+            "fx" => [500.0, 440.0][usize::from(last)],
+            "fy" => [520.0, 480.0][usize::from(last)],
+            "cx" => [330.0, 322.5][usize::from(last)],
+            "cy" => [236.0, 240.5][usize::from(last)],
+            "k1" => [-0.21, -0.11][usize::from(last)],
+            "skew" => 0.0,
+            _ => [0.004, -0.002][usize::from(last)],
+        };
+        let cells = |last: bool| {
+            let cells = columns.split(',').map(|column| value(column, last).to_string());
+            cells.collect::<Vec<_>>().join(",")
+        };
+        folder.write(
+            "path.csv",
+            &format!(
+                "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z,interp,width,height,{columns}\n\
+                 3,0,1,4,0,0,0,linear,640,480,{}\n5,3,0,2,0,0,0,,640,480,{}\n",
+                cells(false),
+                cells(true)
+            ),
+        );
+        let pictures = ["-o", "out/f.####.exr", "-o", "out/f.####.png", "--progress", "none"];
+        let args = [
+            "s.toml",
+            "--frames",
+            "path.csv",
+            "--aovs",
+            "P",
+            "--metadata",
+            "transforms",
+        ];
+        for window in [&[][..], &["--crop", "14,9,50,44"]] {
+            folder.succeed(&[&args[..], &pictures, window].concat());
+            check_transforms(&folder);
+        }
+        let transforms: Value = serde_json::from_slice(&folder.read("out/transforms.json")).expect("JSON");
+        assert_eq!(transforms["camera_model"], model);
+        // The scene's picture has a tenth of the size, and the crop begins at (14, 9).
+        for (i, frame) in transforms["frames"].as_array().expect("frames").iter().enumerate() {
+            let at = |column: &str| {
+                let [first, last] = [false, true].map(|last| value(column, last));
+                first + (last - first) * i as f64 / 2.0
+            };
+            let near = |key: &str, expected: f64| {
+                let found = number_of(&frame[key]);
+                assert!((found - expected).abs() < 1e-9, "{columns}: {key} {found} {expected}");
+            };
+            let fy = if columns.contains("fy") { at("fy") } else { at("fx") };
+            near("fl_x", at("fx") / 10.0);
+            near("fl_y", fy / 10.0);
+            near("cx", at("cx") / 10.0 - 14.0);
+            for column in columns
+                .split(',')
+                .filter(|column| column.len() == 2 && &column[1..] < "9")
+            {
+                near(column, at(column));
+            }
+        }
+    }
+}
+
+#[test]
+fn a_lens_column_that_no_camera_has_a_use_for_is_refused() {
+    let folder = Folder::new();
+    folder.write(
+        "s.toml",
+        &format!("{SCENE}[camera.perspective]\neye = [0, 1, 4]\ntarget = [0, 0, 0]\n"),
+    );
+    let refused = |columns: &str, cells: &str, message: &str| {
+        let header = "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z";
+        folder.write("p.csv", &format!("{header},{columns}\n1,0,1,4,0,0,0,{cells}\n"));
+        let output = folder.run(&["s.toml", "--frames", "p.csv", "-o", "f.####.exr"]);
+        let text = stderr(&output);
+        assert!(!output.status.success() && text.contains(message), "{columns}: {text}");
+    };
+    refused("cx,k1", "3,0.1", "the scene's perspective camera has no use for cx, k1");
+    refused("fx,fov", "30,40", "pinhole camera has no use for fov");
+    refused("fx,width", "30,40", "missing column: height");
+    refused("fx,width,height", "30,4.5,8", "4.5 is not a whole number above 0");
+    refused("fx", "0", "0 is not above 0");
+    refused("fx,k1,fisheye_k2", "30,0.1,0.1", "coefficients of two models");
+}
+
 /// Compares the reconstruction of COLMAP with `transforms.json`: poses and parameters.
 fn check_colmap(folder: &Folder) {
     let transforms: Value = serde_json::from_slice(&folder.read("out/transforms.json")).expect("JSON");

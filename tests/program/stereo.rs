@@ -63,6 +63,37 @@ fn cameras_of_eyes_are_told_where_they_are() {
 }
 
 #[test]
+fn eyes_are_as_far_apart_as_their_row_of_the_camera_path_says() {
+    let folder = Folder::new();
+    folder.write("a.toml", SMALL_SCENE);
+    let header = "frame,eye_x,eye_y,eye_z,qx,qy,qz,qw,interp,ipd";
+    folder.write(
+        "p.csv",
+        &format!("{header}\n1,0,1,5,0,0,0,1,linear,0.1\n3,0,1,5,0,0,0,1,,0.3\n"),
+    );
+    let job = [
+        "a.toml",
+        "--frames",
+        "p.csv",
+        "--stereo",
+        "ipd=7",
+        "--metadata",
+        "transforms",
+        "-o",
+        "{eye}/####.exr",
+    ];
+    folder.succeed(&[&job[..], &SMALL[..]].concat());
+    for (eye, side) in [("left", -1.0), ("right", 1.0)] {
+        let text = folder.read(&format!("{eye}/transforms.json"));
+        let json: serde_json::Value = serde_json::from_slice(&text).expect("JSON");
+        for (i, half) in [0.05, 0.1, 0.15].into_iter().enumerate() {
+            let x = json["frames"][i]["transform_matrix"][0][3].as_f64().expect("a number");
+            assert!((x - side * half).abs() < 1e-9, "{eye} {i}: {x}");
+        }
+    }
+}
+
+#[test]
 fn eyes_that_would_share_a_file_and_cameras_without_eyes_are_refused() {
     let folder = Folder::new();
     folder.write("a.toml", SMALL_SCENE);

@@ -88,6 +88,7 @@ fn key(words: &Words<'_>, count: usize, order: RotationOrder) -> Result<PathKey,
         pinhole: None,
         shutter: None,
         readout: None,
+        stereo: [None; 2],
         interp: Interp::Smooth,
         name: None,
     })

@@ -23,6 +23,11 @@
 //! | `focus_distance` | number above 0 | m | |
 //! | `shutter_open`, `shutter_close` | numbers; `shutter_open` is 0 where it is empty | frames | |
 //! | `shift_x`, `shift_y` | numbers | picture widths | |
+//! | `fx`, `fy`, `cx`, `cy`, `skew` | intrinsics of a pinhole: numbers above 0, numbers | pixels | |
+//! | `width`, `height` | the size of the pictures of the intrinsics, whole numbers above 0 | pixels | |
+//! | `k1 k2 p1 p2 k3 k4 k5 k6 s1 s2 s3 s4` or `fisheye_k1` to `fisheye_k4` | its distortion | | |
+//! | `readout` | time of a rolling shutter | frames | |
+//! | `ipd`, `convergence` | numbers above 0: the distances of stereo | m | |
 //! | `interp` | `smooth`, `linear` or `hold`, from this row to the next; empty is `smooth` | | |
 //! | `name` | text | | |
 //!
@@ -36,7 +41,10 @@ use std::fmt::Write as _;
 
 use glam::DQuat;
 
-use crate::camera::path::CameraPath;
+use crate::camera::{
+    intrinsics::{COLUMNS, IntrinsicsOverrides},
+    path::CameraPath,
+};
 
 use super::{
     CameraPathFormat, CameraPathOptions, PathProblem, PathProblems, Source,
@@ -63,6 +71,9 @@ pub(super) const FORMAT: CameraPathFormat = CameraPathFormat {
         names: true,
         view: true,
         center: true,
+        pixels: true,
+        skew: true,
+        distortion: |_| true,
         ..POSES
     },
     write,
@@ -80,15 +91,23 @@ fn read_bytes(bytes: &[u8], options: &CameraPathOptions) -> Result<CameraPath, P
     CameraPath::new(&keys).map_err(|e| PathProblem::of_file(e.to_string()).into())
 }
 
-/// A row for every frame, with a quaternion.
+/// A row for every frame, with a quaternion, and the lens as it was given: in pixels or by its angle.
 fn write(target: &Target<'_>, cameras: &[Still]) -> Written {
-    let has_view = cameras
-        .iter()
-        .any(|camera| camera.fov.is_some() || camera.pixels.is_some());
+    let intrinsics = intrinsics(cameras)?;
+    let given = |i: &usize| intrinsics.iter().any(|lens| lens.0[*i].is_some());
+    let pixel_columns: Vec<usize> = (0..COLUMNS.len()).filter(given).collect();
+    let has_angle = pixel_columns.is_empty();
+    let has_view = has_angle
+        && cameras
+            .iter()
+            .any(|camera| camera.fov.is_some() || camera.pixels.is_some());
     let shifts: Vec<[f64; 2]> = cameras.iter().map(shift).collect();
-    let has_shift = shifts.iter().any(|shift| *shift != [0.0; 2]);
+    let has_shift = has_angle && shifts.iter().any(|shift| *shift != [0.0; 2]);
     let has_names = cameras.iter().any(|camera| camera.name.is_some());
     let mut text = "frame,eye_x,eye_y,eye_z,qx,qy,qz,qw".to_owned();
+    for i in &pixel_columns {
+        write!(text, ",{}", COLUMNS[*i].name).expect("a text grows");
+    }
     let columns = [
         (has_view, ",fov"),
         (has_shift, ",shift_x,shift_y"),
@@ -100,13 +119,16 @@ fn write(target: &Target<'_>, cameras: &[Still]) -> Written {
             .filter(|(is_there, _)| *is_there)
             .map(|(_, names)| *names),
     );
-    for (camera, [x, y]) in cameras.iter().zip(shifts) {
+    for (i, (camera, [x, y])) in cameras.iter().zip(shifts).enumerate() {
         let rotation = DQuat::from_mat3(&camera.axes).to_array();
         write!(text, "\n{}", camera.frame).expect("a text grows");
         let view = has_view.then(|| camera.view("csv")).transpose()?;
         let shift = has_shift.then_some([x, y]);
-        let numbers = camera.eye.to_array().into_iter().chain(rotation).chain(view);
-        for number in numbers.chain(shift.into_iter().flatten()) {
+        let pixels = pixel_columns
+            .iter()
+            .map(|column| intrinsics[i].0[*column].unwrap_or_default());
+        let numbers = camera.eye.to_array().into_iter().chain(rotation).chain(pixels);
+        for number in numbers.chain(view).chain(shift.into_iter().flatten()) {
             write!(text, ",{}", edit::number(number)).expect("a text grows");
         }
         if has_names {
@@ -115,6 +137,15 @@ fn write(target: &Target<'_>, cameras: &[Still]) -> Written {
         }
     }
     target.file(text + "\n")
+}
+
+/// The intrinsics of cameras whose lenses were given in pixels; none if one was not.
+fn intrinsics(cameras: &[Still]) -> Result<Vec<IntrinsicsOverrides>, String> {
+    if !cameras.iter().all(|camera| camera.is_calibrated) {
+        return Ok(Vec::new());
+    }
+    let of = |camera: &Still| Ok(IntrinsicsOverrides::of(&camera.lens("csv")?.lens()?).unwrap_or_default());
+    cameras.iter().map(of).collect()
 }
 
 /// The shift of a lens, in picture widths.

@@ -60,6 +60,7 @@ impl Posed {
             pinhole: self.pinhole,
             shutter: None,
             readout: None,
+            stereo: [None; 2],
             interp: Interp::Smooth,
             name: self.name,
         }

@@ -22,6 +22,8 @@ pub struct Still {
     pub fov: Option<f64>,
     /// The lens in pixels, if it is known; it has a centre.
     pub pixels: Option<Intrinsics>,
+    /// Whether the lens was given in pixels.
+    pub is_calibrated: bool,
     /// Whether the camera has depth of field, or a shutter that is open for a time.
     pub has_blur: bool,
 }
@@ -105,6 +107,7 @@ pub fn stills(
             axes: place.matrix3,
             fov: fov(&state, pixels.as_ref(), resolution),
             pixels,
+            is_calibrated: state.calibrated().is_some(),
             has_blur: state.lens.aperture.is_some() || state.lens.focus_distance.is_some() || is_open || rolls,
             name: state.name,
         })
@@ -114,7 +117,7 @@ pub fn stills(
 
 fn fov(state: &CameraState, pixels: Option<&Intrinsics>, resolution: Option<FilmSize>) -> Option<f64> {
     use crate::camera::lens::FieldOfView::Vertical;
-    if let (None, Some(Vertical(degrees))) = (state.pinhole, state.lens.view) {
+    if let (None, Some(Vertical(degrees))) = (state.calibrated(), state.lens.view) {
         return Some(degrees);
     }
     let lens = pixels.filter(|lens| !is_fisheye(lens))?;
@@ -128,7 +131,7 @@ fn fov(state: &CameraState, pixels: Option<&Intrinsics>, resolution: Option<Film
 /// The lens in pixels, if it is known.
 fn pixels(state: &CameraState, resolution: Option<FilmSize>) -> Option<Intrinsics> {
     let film = resolution.map(|size| size.map(f64::from));
-    let Some(lens) = state.pinhole else {
+    let Some(lens) = state.calibrated() else {
         state.lens.view?;
         let view = state.camera(&Lens::default(), resolution?).pinhole()?;
         return Some(Intrinsics {

@@ -312,7 +312,7 @@ fn numbers_come_back_from_every_format_that_holds_them() {
             ("c.chan", false),
             ("c.gltf", false),
             ("c.glb", false),
-            ("c.csv", false),
+            ("c.csv", true),
         ] {
             if model == "OPENCV_FISHEYE" && !keeps_lens && name != "c.tum" {
                 // A fisheye has no angle of view.
@@ -416,11 +416,20 @@ fn keyframes_become_all_frames_with_lenses_in_pixels_of_the_size_that_is_said() 
     assert_eq!((lens.center, lens.size), ([Some(2.0), Some(2.0)], Some([8.0, 4.0])));
     // The name of a shot is none of a picture.
     assert_eq!(all[0].name.as_deref(), Some("0001.png"));
-    assert_eq!(converted(folder.path(), "b.json", "c.csv", &settings).lost, None);
+    assert_eq!(converted(folder.path(), "a.csv", "c.csv", &settings).lost, None);
     let text = fs::read_to_string(folder.path().join("c.csv")).expect("a text");
     let rows: Vec<&str> = text.lines().collect();
-    assert_eq!(rows[0], "frame,eye_x,eye_y,eye_z,qx,qy,qz,qw,fov,shift_x,shift_y,name");
+    assert_eq!(rows[0], "frame,eye_x,eye_y,eye_z,qx,qy,qz,qw,fov,shift_x,shift_y");
     // 90 degrees over a picture twice as wide as high.
     assert!(rows[1].starts_with("1,0,0,5,0,0,0,1,53.1301023541559"), "{text}");
-    assert!(rows[1].ends_with(",0.25,0,\"0001.png\""), "{text}");
+    assert!(rows[1].ends_with(",0.25,0"), "{text}");
+    // Lenses in pixels stay in pixels.
+    assert_eq!(converted(folder.path(), "b.json", "d.csv", &settings).lost, None);
+    let text = fs::read_to_string(folder.path().join("d.csv")).expect("a text");
+    let rows: Vec<&str> = text.lines().collect();
+    assert_eq!(
+        rows[0],
+        "frame,eye_x,eye_y,eye_z,qx,qy,qz,qw,fx,fy,cx,cy,width,height,name"
+    );
+    assert!(rows[1].ends_with(",2,2,8,4,\"0001.png\""), "{text}");
 }

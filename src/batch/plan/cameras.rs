@@ -4,6 +4,7 @@ use std::{collections::BTreeSet, ops::RangeInclusive, path::Path};
 
 use super::{
     frame_rate::fps,
+    path_columns::{check_columns, replacing, warn_of_columns, warn_of_lens},
     range::{MAX_FRAME, MAX_FRAMES},
     view_cameras::ViewCameras,
 };
@@ -12,7 +13,6 @@ use crate::{
     batch::{FrameRange, Request, Turn},
     camera::{
         Camera, FilmSize, FrameCamera, Lens, Neighbours, PictureCamera, SceneCamera, StereoEye, Timing,
-        lens::Aperture,
         path::{CameraPath, PathError},
     },
     compile::{self, default_scene::ModelRun},
@@ -47,6 +47,8 @@ pub(in crate::batch) struct JobCameras {
     pub first_eye: Option<DVec3>,
     /// The first camera, whichever frames are rendered, for the picture that is metered.
     pub metering: Option<FrameCamera>,
+    /// The camera path, until the eyes of its frames are known.
+    path: Option<CameraPath>,
 }
 
 /// The cameras of the frames to be rendered: those of an eye if the request names one.
@@ -58,17 +60,20 @@ pub(in crate::batch) fn cameras(
     inputs: &Files,
 ) -> Result<JobCameras, Error> {
     let mut cameras = middle_cameras(desc, request, values, own, inputs)?;
-    let of_eye = |camera: &FrameCamera, eye: &StereoEye| {
+    let path = cameras.path.take();
+    let of_eye = |frame: i32, camera: &FrameCamera, eye: &StereoEye| {
         let refused = |why| Error::Usage(format!("--stereo: {why}"));
-        camera.of_eye(eye).map_err(refused)
+        let of_path = path.as_ref().map(|path| path.eye_at(f64::from(frame), eye));
+        camera.of_eye(of_path.as_ref().unwrap_or(eye)).map_err(refused)
     };
     if let Some(second) = &request.second_eye {
-        let seconds = cameras.frames.iter().map(|(_, camera)| of_eye(camera, &second.eye));
+        let frames = cameras.frames.iter();
+        let seconds = frames.map(|(frame, camera)| of_eye(*frame, camera, &second.eye));
         cameras.seconds = seconds.collect::<Result<_, _>>()?;
     }
     if let Some(eye) = &request.stereo {
-        for (_, camera) in cameras.frames.iter_mut().chain(&mut cameras.beside) {
-            *camera = of_eye(camera, eye)?;
+        for (frame, camera) in cameras.frames.iter_mut().chain(&mut cameras.beside) {
+            *camera = of_eye(*frame, camera, eye)?;
         }
     }
     Ok(cameras)
@@ -129,6 +134,7 @@ fn middle_cameras(
                 &camera.lens,
                 metered_resolution(resolution),
             ))),
+            path: None,
         });
     };
     let options = request.path_options(scene_camera.map(|camera| camera.pose));
@@ -138,9 +144,7 @@ fn middle_cameras(
     let lens = scene_camera.map_or_else(Lens::default, |c| c.lens);
     check_columns(file, &path, &lens)?;
     warn_of_columns(file, &path, request);
-    if !path.pinholes().is_empty() {
-        warn_of_lens(file, &lens, request);
-    }
+    warn_of_lens(file, &path, &lens, request);
     for (name, table) in values.into_iter().flat_map(Values::of_camera) {
         let keys: Vec<&str> = name.split('.').collect();
         if let Some(other) = replacing(&keys, &path) {
@@ -186,6 +190,7 @@ fn middle_cameras(
         extent: all,
         first_eye,
         metering,
+        path: Some(path),
     })
 }
 
@@ -216,6 +221,7 @@ fn of_views(
         extent: all,
         first_eye: Some(first.pose.eye()),
         metering: Some(FrameCamera::from(metered)),
+        path: None,
     })
 }
 
@@ -244,68 +250,6 @@ fn last_frame(end: f64, fps: f64) -> i64 {
         last as i64 - 1
     } else {
         last as i64
-    }
-}
-
-/// A path that says of the lens what the scene's camera has not is wrong about one of the two.
-fn check_columns(file: &Path, path: &CameraPath, lens: &Lens) -> Result<(), Error> {
-    let columns = lens.unsupported_columns(&path.lens_at(path.first()));
-    if columns.is_empty() {
-        return Ok(());
-    }
-    Err(Error::Columns {
-        path: file.to_owned(),
-        camera: lens.name(),
-        columns,
-    })
-}
-
-/// Keys of a camera in scene files, and the columns of a camera path that replace them. A pose replaces its keys always.
-const REPLACED: [(&[&str], &[&str]); 6] = [
-    (&["eye", "target", "up"], &[]),
-    (&["fov", "fov_x", "focal_length"], &["fov", "fov_x", "focal_length"]),
-    (&["sensor_width", "sensor_height"], &["sensor_width", "sensor_height"]),
-    (&["aperture_radius", "fstop"], &["aperture_radius", "fstop"]),
-    (&["focus_distance"], &["focus_distance"]),
-    (&["shift"], &["shift_x", "shift_y"]),
-];
-
-/// The column of a camera path that replaces the value at the path `keys` of a scene file, or the path itself; `None` if neither does.
-fn replacing(keys: &[impl AsRef<str>], path: &CameraPath) -> Option<String> {
-    let [camera, _, key, ..] = keys else { return None };
-    let row = REPLACED.iter().find(|(keys, _)| keys.contains(&key.as_ref()));
-    let (_, columns) = row.filter(|_| camera.as_ref() == "camera")?;
-    let given: Vec<_> = path.lens_at(path.first()).columns().collect();
-    match columns.iter().find(|column| given.contains(column)) {
-        Some(column) => Some(format!("the column `{column}` of the camera path")),
-        None => columns.is_empty().then(|| "the camera path".to_owned()),
-    }
-}
-
-/// Warns of overrides of the scene's camera that the path replaces again.
-fn warn_of_columns(file: &Path, path: &CameraPath, request: &Request) {
-    for (origin, keys) in request.overrides.paths() {
-        let Some(by) = replacing(keys, path) else { continue };
-        let text = format!("{origin} has no effect, {by} replaces it: {}", file.display());
-        let warnings = &request.warnings;
-        warnings.add_topic(WarningKind::UNUSED_SETTING, "columns", origin, text);
-    }
-}
-
-/// Warns if the calibrated cameras of a path replace a lens with depth of field.
-fn warn_of_lens(file: &Path, lens: &Lens, request: &Request) {
-    let is_open = match lens.parameters().aperture {
-        Some(Aperture::Radius(radius)) => radius > 0.0,
-        Some(Aperture::FStop(_)) => true,
-        None => false,
-    };
-    if is_open {
-        let text = format!(
-            "the scene's camera has depth of field, the calibrated cameras that replace it have none: {}",
-            file.display()
-        );
-        let warnings = &request.warnings;
-        warnings.add_topic(WarningKind::UNUSED_SETTING, "aperture", file.display(), text);
     }
 }
 

@@ -28,7 +28,7 @@ pub(in crate::batch) fn sized(mut desc: SceneDesc, request: &Request, inputs: &F
     // Only the lenses count here.
     let options = request.path_options(Some(Pose::at(DVec3::ZERO)));
     let path = camera_path::load(file, None, &options, inputs)?;
-    let mut sizes: Vec<[f64; 2]> = path.pinholes().iter().filter_map(|(_, lens)| lens.size).collect();
+    let mut sizes: Vec<[f64; 2]> = path.sizes().collect();
     sizes.dedup();
     match sizes[..] {
         [] => {}

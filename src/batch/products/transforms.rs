@@ -146,6 +146,7 @@ fn still((frame, name): (i32, String), calibrated: &CalibratedView, window: Wind
             size: Some([window.width(), window.height()].map(f64::from)),
             distortion: calibrated.distortion,
         }),
+        is_calibrated: true,
         has_blur: false,
     }
 }

@@ -1,7 +1,7 @@
 use proptest::prelude::*;
 
 use super::*;
-use crate::camera::perspective::PerspectiveLens;
+use crate::camera::{lens::FieldOfView, perspective::PerspectiveLens};
 
 fn looking(frame: f64, eye: DVec3) -> PathKey {
     PathKey {
@@ -16,6 +16,7 @@ fn looking(frame: f64, eye: DVec3) -> PathKey {
         pinhole: None,
         shutter: None,
         readout: None,
+        stereo: [None; 2],
         interp: Interp::Smooth,
         name: None,
     }

@@ -2,7 +2,7 @@
 
 use crate::{
     assets::camera_path::{PathProblem, PathProblems},
-    camera::CameraDesc,
+    camera::{CameraDesc, intrinsics},
     value::UnknownName,
 };
 
@@ -69,6 +69,8 @@ const NAMES: &[(&str, &str)] = &[
     ("shutter_open", "shutteropen shutter_start"),
     ("shutter_close", "shutterclose shutter_end"),
     ("readout", "readout_time rolling_shutter"),
+    ("ipd", "interaxial eye_separation interpupillary_distance"),
+    ("convergence", "convergence_distance"),
     ("shift_x", "shiftx lens_shift_x"),
     ("shift_y", "shifty lens_shift_y"),
     ("interp", "interpolation interp_mode"),
@@ -80,11 +82,10 @@ const SHORTEST_SUGGESTION: usize = 4;
 
 /// Pairs of a column's name and a name or alias. Names come first, so that suggestions prefer them.
 fn patterns() -> impl Iterator<Item = (&'static str, &'static str)> {
-    let own = NAMES.iter().map(|(name, _)| (*name, *name));
-    let others = NAMES
-        .iter()
-        .flat_map(|(name, others)| others.split_whitespace().map(|other| (*name, other)));
-    own.chain(others)
+    let of_pinholes = intrinsics::COLUMNS.iter().map(|column| (column.name, column.aliases));
+    let all = NAMES.iter().copied().chain(of_pinholes);
+    let own = all.clone().map(|(name, _)| (name, name));
+    own.chain(all.flat_map(|(name, others)| others.split_whitespace().map(move |other| (name, other))))
 }
 
 /// The name in lower case, with `_` for other separators.

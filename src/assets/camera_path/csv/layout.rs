@@ -2,7 +2,7 @@
 
 use crate::{
     assets::camera_path::{CameraPathOptions, PathProblem, PathProblems},
-    camera::RotationOrder,
+    camera::{RotationOrder, intrinsics},
 };
 
 use super::{
@@ -21,9 +21,13 @@ pub(super) struct Layout {
     pub aperture: Option<(ApertureKind, usize)>,
     pub focus_distance: Option<usize>,
     pub shift: [Option<usize>; 2],
+    /// In the order of [`intrinsics::COLUMNS`].
+    pub intrinsics: [Option<usize>; intrinsics::COLUMNS.len()],
     pub shutter_open: Option<usize>,
     pub shutter_close: Option<usize>,
     pub readout: Option<usize>,
+    /// The distance between the eyes, and that of convergence.
+    pub stereo: [Option<usize>; 2],
     pub interp: Option<usize>,
     pub name: Option<usize>,
 }
@@ -96,6 +100,8 @@ impl Layout {
             ("fstop", ApertureKind::FStop),
             ("aperture_radius", ApertureKind::Radius),
         ]);
+        // A width alone scales nothing.
+        finder.group(["width", "height"]);
         let get = |name| columns.get(name);
         match (clock, eye, orientation) {
             (Some(clock), Some(eye), Some(orientation)) if problems.is_empty() => Ok(Self {
@@ -107,9 +113,11 @@ impl Layout {
                 aperture,
                 focus_distance: get("focus_distance"),
                 shift: [get("shift_x"), get("shift_y")],
+                intrinsics: intrinsics::COLUMNS.each_ref().map(|column| get(column.name)),
                 shutter_open: get("shutter_open"),
                 shutter_close: get("shutter_close"),
                 readout: get("readout"),
+                stereo: [get("ipd"), get("convergence")],
                 interp: get("interp"),
                 name: get("name"),
             }),

@@ -8,6 +8,7 @@ use crate::{
     assets::camera_path::{PathProblem, PathProblems},
     camera::{
         LensOverrides, Shutter,
+        intrinsics::{COLUMNS, IntrinsicsOverrides},
         lens::{Aperture, FieldOfView, Sensor},
         path::{Interp, MAX_FRAME, Orientation, PathKey, Rotation},
         shutter::MAX_READOUT,
@@ -173,7 +174,7 @@ impl<'a> Cells<'a> {
     }
 
     /// The number in an optional cell, which must satisfy a condition.
-    fn checked(&mut self, column: Option<usize>, holds: fn(f64) -> bool, what: &str) -> Option<f64> {
+    fn checked(&mut self, column: Option<usize>, holds: impl Fn(f64) -> bool, what: &str) -> Option<f64> {
         let column = column?;
         let v = self.number(column)?;
         if holds(v) {
@@ -219,6 +220,7 @@ impl<'a> Cells<'a> {
         let lens = self.lens(layout);
         let shutter = self.shutter(layout.shutter_open, layout.shutter_close);
         let readout = layout.readout.and_then(|column| self.readout(column));
+        let stereo = layout.stereo.map(|column| self.above_0(column?));
         let interp = self.interp(layout.interp);
         let name = self.text(layout.name).map(|(_, name)| name.to_owned());
         Some(PathKey {
@@ -229,6 +231,7 @@ impl<'a> Cells<'a> {
             pinhole: None,
             shutter,
             readout,
+            stereo,
             interp,
             name,
         })
@@ -289,6 +292,10 @@ impl<'a> Cells<'a> {
             focus_distance: layout.focus_distance.and_then(|column| self.above_0(column)),
             shift_x: layout.shift[0].and_then(|column| self.number(column)),
             shift_y: layout.shift[1].and_then(|column| self.number(column)),
+            intrinsics: IntrinsicsOverrides(std::array::from_fn(|i| {
+                let column = &COLUMNS[i];
+                self.checked(layout.intrinsics[i], |v| column.takes(v), column.expected())
+            })),
         }
     }
 

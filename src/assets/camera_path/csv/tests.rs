@@ -86,6 +86,7 @@ fn everything_that_a_row_can_say_is_heard() {
             focus_distance: Some(5.0),
             shift_x: Some(0.1),
             shift_y: Some(0.2),
+            ..LensOverrides::default()
         }
     );
     let shutter = Shutter {

@@ -200,6 +200,7 @@ impl Transforms {
                 size: Some([self.w, self.h].map(f64::from)),
                 distortion: frame.distortion.distortion(&self.camera_model),
             }),
+            is_calibrated: true,
             has_blur: false,
         }
     }

@@ -39,6 +39,7 @@ fn key(frame: f64, eye: [f64; 3]) -> PathKey {
         pinhole: None,
         shutter: None,
         readout: None,
+        stereo: [None; 2],
         interp: Interp::default(),
         name: None,
     }
