@@ -11,6 +11,9 @@ pub struct Report {
     pub version: Cow<'static, str>,
     pub command: Vec<String>,
     pub scene: String,
+    /// The eye in stereo that the pictures are those of.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub eye: Option<String>,
     /// The hash of all that files of all frames depend on, but for their numbers and cameras.
     #[serde(default)]
     pub settings: String,

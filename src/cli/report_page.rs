@@ -63,6 +63,10 @@ pub fn page(album: &Album) -> String {
         _ => state,
     };
     let refresh = refresh(report.state);
+    let scene = match &report.eye {
+        Some(eye) => format!("{}, {eye} eye", report.scene),
+        None => report.scene.clone(),
+    };
     let samples = match report.min_samples {
         Some(min) => format!("{min} to {}", report.samples),
         None => report.samples.to_string(),
@@ -81,7 +85,7 @@ pub fn page(album: &Album) -> String {
         report.threads,
         report.version,
         escape(&command.join(" ")),
-        scene = escape(&report.scene),
+        scene = escape(&scene),
         total = report.total,
         wall = seconds(std::time::Duration::from_secs_f64(report.wall_s)),
     );

@@ -95,6 +95,7 @@ impl<'a> Stats<'a> {
                 .map(|word| word.to_string_lossy().into_owned())
                 .collect(),
             scene: job.desc.source.path.display().to_string(),
+            eye: plan.picture.eye().map(|side| side.name().to_owned()),
             settings: settings.clone(),
             resolution: plan.picture.resolution(),
             samples: plan.picture.settings.pixel_samples(),

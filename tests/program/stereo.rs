@@ -338,6 +338,24 @@ fn files_beside_the_pictures_of_one_eye_leave_those_of_the_other() {
 }
 
 #[test]
+fn figures_and_the_page_of_one_eye_name_it() {
+    let folder = Folder::new();
+    folder.write("a.toml", SMALL_SCENE);
+    let figures = ["--report", "page", "--stats", "stats.json", "-o", "f.png"];
+    let files = |stereo: &[&str]| {
+        folder.succeed(&[&["a.toml"], stereo, &figures[..], &SMALL[..]].concat());
+        let stats: serde_json::Value = serde_json::from_slice(&folder.read("stats.json")).expect("JSON");
+        let page = String::from_utf8(folder.read("page/index.html")).expect("UTF-8");
+        (stats["eye"].clone(), page)
+    };
+    let (eye, page) = files(&["--stereo", "ipd=0.06,eye=right"]);
+    assert_eq!(eye, "right");
+    assert!(page.contains("<h1>a.toml, right eye</h1>"), "{page}");
+    let (eye, page) = files(&["--stereo", "ipd=0.06,layout=side-by-side"]);
+    assert!(eye.is_null() && page.contains("<h1>a.toml</h1>"), "{page}");
+}
+
+#[test]
 fn messages_about_eyes_name_them() {
     let folder = Folder::new();
     folder.write("a.toml", SMALL_SCENE);

@@ -4,7 +4,7 @@ use super::{frame_rate, passes::PassChoice, sample_ranges};
 use crate::{
     accel::BuildOptions,
     batch::{Request, Turntable},
-    camera::{FrameCamera, SceneCamera, SecondEye, StereoEye},
+    camera::{FrameCamera, SceneCamera, SecondEye, StereoEye, stereo::Side},
     describe::{Diagnostics, SceneDesc},
     error::Error,
     film::{
@@ -131,6 +131,12 @@ impl PicturePlan {
     /// The columns and rows of the files.
     pub fn size(&self) -> [u32; 2] {
         self.with_eyes([self.settings.window.width(), self.settings.window.height()])
+    }
+
+    /// The eye in stereo that the pictures are those of; `None` where a picture shows both.
+    pub fn eye(&self) -> Option<Side> {
+        let eye = self.stereo.filter(|_| self.second_eye.is_none());
+        eye.map(|eye| eye.side())
     }
 
     /// The columns and rows of the whole picture.
