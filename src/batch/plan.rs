@@ -334,11 +334,16 @@ impl Plan {
         };
         let scene = Attribute::new("batch-render/scene", self.picture.scene.as_str());
         metadata.attributes.push(scene);
-        let drawn = draws::text(self.values.as_deref(), frame);
+        let drawn = self.drawn_at(frame);
         metadata
             .attributes
             .extend(drawn.map(|drawn| Attribute::new(draws::VALUES, drawn)));
         metadata
+    }
+
+    /// The values that are drawn at random for a frame, as JSON; `None` where none are.
+    pub fn drawn_at(&self, frame: i32) -> Option<String> {
+        draws::text(self.values.as_deref(), frame)
     }
 }
 

@@ -274,11 +274,12 @@ fn frames(n: usize) -> String {
     format!("{n} frame{}", if n == 1 { "" } else { "s" })
 }
 
-/// Prints the frames of a dry run with their files, a line each, and the files beside them.
+/// Prints the frames of a dry run with their files and what they draw, a line each, and the files beside them.
 fn list(plan: &Plan) -> io::Result<()> {
     let frames = plan.frames.iter().map(|frame| {
-        let files: Vec<_> = plan.files_of(frame).map(|path| display(&path)).collect();
-        format!("{}\t{}", frame.number, files.join("\t"))
+        let files = plan.files_of(frame).map(|path| display(&path));
+        let cells: Vec<_> = files.chain(plan.drawn_at(frame.number)).collect();
+        format!("{}\t{}", frame.number, cells.join("\t"))
     });
     print_lines(frames.chain(plan.files_beside().map(|path| format!("-\t{}", display(&path)))))
 }

@@ -79,7 +79,8 @@ pub use draw::DrawKey;
 /// - Draws hold while the shutter is open, so that nothing is blurred by them, and motion vectors lead to where the draws of the next frame put
 ///   an object. Frames do not help to denoise each other.
 /// - What was drawn is in `transforms.json` (`--metadata transforms`) as `values` of each frame, and in the attribute `batch-render/values` of EXR,
-///   NPZ and PNG files, as JSON.
+///   NPZ and PNG files, as JSON. `--dry-run` lists it before anything is rendered.
+/// - Views place the camera: with `--views` its lens can be drawn, such as `"camera.perspective.fov" = [30, 60]`, and not `eye`, `target` and `up`.
 /// - The ends of each range and all names are checked before the first frame. Values that do not fit together fail at their frame.
 ///
 /// The file is whole without this table, as it is without a table of values. An example is `scenes/random/scene.toml`.

@@ -167,6 +167,28 @@ fn pictures_tell_what_was_drawn() {
 }
 
 #[test]
+fn a_dry_run_lists_what_each_frame_is_going_to_draw() {
+    let folder = folder();
+    let listed = folder
+        .program()
+        .args(JOB)
+        .args(["--range", "2-4", "--dry-run"])
+        .output()
+        .expect("it runs");
+    run(&folder, &["--range", "2-4"]);
+    let listed = String::from_utf8(listed.stdout).expect("UTF-8");
+    let frames: Vec<Vec<&str>> = listed.lines().map(|line| line.split('\t').collect()).collect();
+    for (i, values) in drawn(&folder).iter().enumerate() {
+        let [number, file, draws] = frames[i][..] else {
+            panic!("{listed}")
+        };
+        assert_eq!((number, file), (&*(i + 2).to_string(), &*format!("f.{:04}.exr", i + 2)));
+        assert_eq!(serde_json::from_str::<serde_json::Value>(draws).expect("JSON"), *values);
+    }
+    assert_eq!(frames[3], ["-", "transforms.json"]);
+}
+
+#[test]
 fn another_seed_and_a_scene_of_another_name_draw_other_values() {
     let folder = folder();
     let values = |args: &[&str]| {
@@ -238,12 +260,13 @@ fn both_eyes_and_a_view_of_the_same_number_share_their_draws() {
     let folder = folder();
     let job = [&JOB[..1], &JOB[3..9], &["--resolution", "8x6"]].concat();
     let views = ["--views", "sphere:3", "-o", "views/####.exr"];
+    folder.write("r.toml", &RANDOM.replace("perspective.fov\"", "perspective.eye.x\""));
     let message = folder.fail(65, &[&job[..], &views].concat());
     assert!(
-        message.contains("r.toml: camera.perspective.fov is set by the views"),
+        message.contains("r.toml: camera.perspective.eye.x is set by the views"),
         "{message}"
     );
-    folder.write("r.toml", &RANDOM.replace("\"camera", "# \"camera"));
+    folder.write("r.toml", RANDOM);
     folder.succeed(&[&job[..], &views].concat());
     let pair = ["--stereo", "ipd=0.06", "--range", "1-3", "-o", "{eye}/####.exr"];
     folder.succeed(&[&job[..], &pair].concat());
@@ -255,6 +278,14 @@ fn both_eyes_and_a_view_of_the_same_number_share_their_draws() {
     assert_eq!(of_left.len(), 3);
     assert_eq!(of_left, values("right/transforms.json"));
     assert_eq!(of_left, values("views/transforms.json"));
+    for frame in transforms(&folder, "views/transforms.json") {
+        let fov = frame["values"]["camera.perspective.fov"].as_f64().expect("an angle");
+        let focal = frame["fl_y"].as_f64().expect("a number");
+        assert!(
+            (focal - 3.0 / libm::tan(0.5 * fov.to_radians())).abs() < 1e-9,
+            "{fov}: {focal}"
+        );
+    }
 }
 
 #[test]

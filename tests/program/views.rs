@@ -199,13 +199,13 @@ fn what_views_cannot_do_is_refused() {
         "{message}"
     );
     folder.write("s.toml", SCENE);
-    folder.write("c.csv", "frame,camera.perspective.fov\n1,1\n2,60\n");
+    folder.write("c.csv", "frame,camera.perspective.eye.x\n1,1\n2,60\n");
     let message = folder.fail(
         65,
         &["s.toml", "-o", "f.##.png", "--views", "cube", "--values", "c.csv"],
     );
     assert!(
-        message.contains("c.csv: camera.perspective.fov is set by the views"),
+        message.contains("c.csv: camera.perspective.eye.x is set by the views"),
         "{message}"
     );
     let empty = SCENE.find("[[object]]").expect("an object");

@@ -4,7 +4,7 @@ use std::{collections::BTreeSet, ops::RangeInclusive, path::Path};
 
 use super::{
     frame_rate::fps,
-    path_columns::{check_columns, replacing, warn_of_columns, warn_of_lens},
+    path_columns::{check_columns, is_of_pose, replacing, warn_of_columns, warn_of_lens},
     range::{MAX_FRAME, MAX_FRAMES},
     view_cameras::ViewCameras,
 };
@@ -90,10 +90,11 @@ fn middle_cameras(
     if let Some(views) = &request.views {
         let unknown = || Error::Usage("--views: the bounds of the scene are not known".to_owned());
         let bounds = bounds.ok_or_else(unknown)?;
-        refuse_camera_values(values, "the views")?;
-        let own = scene_camera.ok_or_else(|| no_camera(desc))?;
-        let views = ViewCameras::new(views, bounds, own, resolution)?;
-        return of_views(request, &views, (desc.timing, resolution));
+        refuse_camera_values(values, is_of_pose, "the views")?;
+        let first = scene_camera.ok_or_else(|| no_camera(desc))?;
+        let views = ViewCameras::new(views, bounds, first, resolution)?;
+        let own = OwnCamera::new(desc, (values, None, fps(request)), scene_camera);
+        return of_views(request, (&views, &own), (desc.timing, resolution));
     }
     let own = OwnCamera::new(desc, (values, run, fps(request)), scene_camera);
     let Some(file) = &request.camera_path else {
@@ -108,7 +109,7 @@ fn middle_cameras(
             (None, None, None) => (1..=1, "the scene's own camera, which has frame 1 only".to_owned()),
         };
         if request.turntable.is_some() {
-            refuse_camera_values(values, "the turntable")?;
+            refuse_camera_values(values, |_| true, "the turntable")?;
         }
         let first = *all.start() as f64;
         let camera = own.at(first)?.ok_or_else(|| no_camera(desc))?;
@@ -194,21 +195,25 @@ fn middle_cameras(
     })
 }
 
-/// The cameras of views, which rest.
+/// The cameras of views, which rest, with the lens of the scene's own camera at their frames.
 fn of_views(
     request: &Request,
-    views: &ViewCameras,
+    (views, own): (&ViewCameras, &OwnCamera<'_>),
     (timing, resolution): (Timing, [u32; 2]),
 ) -> Result<JobCameras, Error> {
     let all = views.frames();
     let what = format!("the views, which are frames {} to {}", all.start(), all.end());
     let frames = frames(request, (&all, &all), &what)?;
+    let view = |frame: i64| {
+        let own = own.at(frame as f64)?;
+        views.camera(frame, own.map(|own| own.lens).as_ref())
+    };
     let of = |frame: i64| {
-        let SceneCamera { pose, lens } = views.camera(frame)?;
+        let SceneCamera { pose, lens } = view(frame)?;
         let camera = FrameCamera::from(Camera::new(&pose, &lens, resolution));
         Ok::<_, Error>((number(frame), camera.with_timing(timing)))
     };
-    let first = views.camera(*all.start())?;
+    let first = view(*all.start())?;
     let metered = Camera::new(&first.pose, &first.lens, metered_resolution(resolution));
     Ok(JobCameras {
         frames: frames.iter().map(of).collect::<Result<_, _>>()?,
@@ -230,9 +235,9 @@ fn no_camera(desc: &SceneDesc) -> Error {
     Error::NoCamera { path }
 }
 
-/// Refuses values of the camera over time where `other` moves it.
-fn refuse_camera_values(values: Option<&Values>, other: &str) -> Result<(), Error> {
-    match values.and_then(|values| values.of_camera().next()) {
+/// Refuses values of the camera over time, those whose name `is_one`, where `other` moves it.
+fn refuse_camera_values(values: Option<&Values>, is_one: fn(&str) -> bool, other: &str) -> Result<(), Error> {
+    match values.and_then(|values| values.of_camera().find(|(name, _)| is_one(name))) {
         None => Ok(()),
         Some((name, table)) => Err(Error::SetTwice {
             path: table.clone(),

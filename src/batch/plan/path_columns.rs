@@ -39,6 +39,14 @@ const REPLACED: [(&[&str], &[&str]); 11] = [
     (&["size"], &["width", "height"]),
 ];
 
+/// Whether a value of this name is a part of the pose of the scene's camera.
+pub(super) fn is_of_pose(name: &str) -> bool {
+    let key = name.split('.').nth(2);
+    REPLACED
+        .iter()
+        .any(|(keys, columns)| columns.is_empty() && key.is_some_and(|key| keys.contains(&key)))
+}
+
 /// The column of a camera path that replaces the value at the path `keys` of a scene file, or the path itself; `None` if neither does.
 pub(super) fn replacing(keys: &[impl AsRef<str>], path: &CameraPath) -> Option<String> {
     let [camera, _, key, ..] = keys else { return None };

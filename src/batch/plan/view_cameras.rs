@@ -8,7 +8,7 @@ use super::{
 };
 use crate::{
     assets::Store,
-    camera::{Camera, FilmSize, LensOverrides, LookAt, Pose, SceneCamera},
+    camera::{Camera, FilmSize, Lens, LensOverrides, LookAt, Pose, SceneCamera},
     describe::{SceneDesc, ValueSource},
     error::Error,
     math::{DAabb, DVec3},
@@ -76,11 +76,12 @@ impl<'a> ViewCameras<'a> {
         self.views.frames()
     }
 
-    /// The camera of a frame.
+    /// The camera of a frame with this lens, or that of the scene's own camera.
     ///
     /// # Errors
     /// The lens is shifted so far that it does not see what is in front of it, or the numbers are too large.
-    pub fn camera(&self, frame: i64) -> Result<SceneCamera, Error> {
+    pub fn camera(&self, frame: i64, lens: Option<&Lens>) -> Result<SceneCamera, Error> {
+        let lens = lens.unwrap_or(&self.own.lens);
         let refuse = |message: &str| Error::Usage(format!("--views: {message}"));
         let center = self.bounds.center();
         let direction = self.views.direction(frame, self.start);
@@ -90,7 +91,7 @@ impl<'a> ViewCameras<'a> {
             pose.map_err(|_| refuse("the scene is too small or too far away"))
         };
         let near = self.bounds.half_diagonal();
-        let view = Camera::new(&look(near)?, &self.own.lens, self.film).pinhole();
+        let view = Camera::new(&look(near)?, lens, self.film).pinhole();
         let corners = box_corners(&self.bounds);
         let back = view.and_then(|view| retreat(&view, self.film, (&corners, 1.0 / self.views.fit)));
         let back = back.ok_or_else(|| refuse("the lens is shifted so far that nothing in front of it is seen"))?;
@@ -98,7 +99,7 @@ impl<'a> ViewCameras<'a> {
         Ok(SceneCamera {
             pose: look(distance)?,
             // A lens that focuses on its target stays focused on it.
-            lens: self.own.lens.with_overrides(&LensOverrides::default(), Some(distance)),
+            lens: lens.with_overrides(&LensOverrides::default(), Some(distance)),
         })
     }
 }
@@ -106,7 +107,7 @@ impl<'a> ViewCameras<'a> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::camera::{Lens, perspective::PerspectiveLens};
+    use crate::camera::perspective::PerspectiveLens;
 
     #[test]
     fn the_box_touches_the_wanted_share_of_the_picture_from_every_side() {
@@ -123,7 +124,7 @@ mod tests {
             let views = Views { sets, fit };
             let cameras = ViewCameras::new(&views, bounds, SceneCamera { pose, lens }, film).expect("a perspective");
             for frame in cameras.frames() {
-                let SceneCamera { pose, lens } = cameras.camera(frame).expect("a camera");
+                let SceneCamera { pose, lens } = cameras.camera(frame, None).expect("a camera");
                 let camera = Camera::new(&pose, &lens, film);
                 let [width, height] = film.map(f64::from);
                 let share = box_corners(&bounds).map(|corner| {
