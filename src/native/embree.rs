@@ -10,7 +10,7 @@ use std::{
     time::{Duration, Instant},
 };
 
-use super::library::NativeLibrary;
+use super::library::{LoadError, NativeLibrary};
 use crate::math::{Ray, Vec3};
 
 /// The quality of Embree's build.
@@ -32,7 +32,7 @@ pub enum Coherence {
 #[derive(Debug, thiserror::Error)]
 pub enum EmbreeError {
     #[error("cannot load Embree: {0}")]
-    Load(#[from] libloading::Error),
+    Load(#[from] LoadError),
     #[error("Embree gives no device")]
     Device,
 }

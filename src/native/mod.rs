@@ -1,7 +1,9 @@
-//! C libraries that are loaded at run time. The build neither needs nor links them.
+//! C libraries that are loaded at run time, which the build neither needs nor links, and functions of C that a static program lacks.
 
 mod embree;
 mod library;
+#[cfg(all(target_arch = "x86_64", target_env = "musl"))]
+mod memory;
 mod oidn;
 
 pub use embree::{Coherence, Embree, EmbreeError, EmbreeQuality, RayHit, RayHit16};

@@ -8,7 +8,7 @@ use std::{
     ptr,
 };
 
-use super::library::NativeLibrary;
+use super::library::{LoadError, NativeLibrary};
 
 /// The oldest version whose functions are those declared here.
 const OLDEST: c_int = 20000;
@@ -26,6 +26,8 @@ pub enum OidnError {
         name = Oidn::LIBRARY
     )]
     Load(String),
+    #[error("cannot load Open Image Denoise: {}", LoadError::Static)]
+    Static,
     #[error("Open Image Denoise is too old: it has version {0}, and 2.0 or newer is needed")]
     Old(String),
     #[error("Open Image Denoise gives no device for this processor")]
@@ -36,9 +38,14 @@ pub enum OidnError {
 
 impl OidnError {
     /// The library could not be loaded, with the system's message.
-    fn load(cause: &libloading::Error) -> Self {
-        let source = std::error::Error::source(cause);
-        Self::Load(source.map_or_else(|| cause.to_string(), ToString::to_string))
+    fn load(cause: LoadError) -> Self {
+        match cause {
+            LoadError::Static => Self::Static,
+            LoadError::System(cause) => {
+                let source = std::error::Error::source(&cause);
+                Self::Load(source.map_or_else(|| cause.to_string(), ToString::to_string))
+            }
+        }
     }
 }
 
@@ -60,7 +67,7 @@ struct Functions {
 }
 
 impl Functions {
-    fn load(library: &NativeLibrary) -> Result<Self, libloading::Error> {
+    fn load(library: &NativeLibrary) -> Result<Self, LoadError> {
         macro_rules! function {
             ($name:literal) => {
                 // SAFETY: the declared type is that of the function of this name in the header of version 2.
@@ -115,7 +122,7 @@ impl Oidn {
     /// There is none, it is too old, or it does not run here.
     pub fn load(path: Option<&Path>, threads: usize) -> Result<Self, OidnError> {
         let library = NativeLibrary::load(path.unwrap_or(Path::new(Self::LIBRARY)));
-        let library = library.map_err(|cause| OidnError::load(&cause))?;
+        let library = library.map_err(OidnError::load)?;
         // The functions of version 1 have other names.
         let functions = Functions::load(&library).map_err(|_| OidnError::Old("1".to_owned()))?;
         // SAFETY: the type of a device is a number.

@@ -69,7 +69,7 @@ const NEIGHBOURS: [(&str, &str); 18] = [
 ];
 
 /// Packages that only some places may name.
-const PACKAGES: [(&str, &[&str]); 17] = [
+const PACKAGES: [(&str, &[&str]); 18] = [
     ("obvhs", &["src/accel/"]),
     ("flate2", &["src/assets/gzip.rs"]),
     ("bevy_mikktspace", &["src/assets/tangents.rs"]),
@@ -91,6 +91,7 @@ const PACKAGES: [(&str, &[&str]); 17] = [
     ("anyhow", &["src/cli/"]),
     ("signal_hook", &["src/cli/"]),
     ("libloading", &["src/native/"]),
+    ("mimalloc", &["src/main.rs"]),
     ("axum", &["src/viewer/"]),
     ("tokio", &["src/viewer/"]),
     ("jpeg_encoder", &["src/viewer/"]),
