@@ -36,3 +36,6 @@ pub mod value;
 #[cfg(feature = "viewer")]
 pub mod viewer;
 pub mod warnings;
+
+#[cfg(windows)]
+pub use native::windows;

@@ -94,15 +94,17 @@ fn command(changes: &[(&str, String)]) -> String {
 
 /// Opens the page in the system's browser.
 fn open(url: &str) {
-    let program = if cfg!(target_os = "macos") {
-        "open"
+    let (program, words): (&str, &[&str]) = if cfg!(target_os = "macos") {
+        ("open", &[])
     } else if cfg!(windows) {
-        "explorer"
+        // Explorer takes an address with a query for a folder.
+        ("rundll32", &["url.dll,FileProtocolHandler"])
     } else {
-        "xdg-open"
+        ("xdg-open", &[])
     };
     let mut command = Command::new(program);
     command
+        .args(words)
         .arg(url)
         .stdin(Stdio::null())
         .stdout(Stdio::null())

@@ -1,9 +1,16 @@
 //! The memory of the process and of the machine, and the processor time.
 
-use std::{
-    fs::read_to_string,
-    path::{Path, PathBuf},
-};
+#[cfg(not(windows))]
+mod unix;
+#[cfg(windows)]
+mod windows;
+
+#[cfg(not(windows))]
+use unix as system;
+#[cfg(windows)]
+use windows as system;
+
+pub use system::{cpu_seconds, has_limited_addresses, peak};
 
 /// Both limits on systems that do not report their memory, in bytes.
 const ELSEWHERE: u64 = 4 << 30;
@@ -15,82 +22,10 @@ pub fn default_limit() -> u64 {
 
 /// The same for a job that has already taken `bytes`, which are not free any more.
 pub fn default_limit_with(bytes: u64) -> u64 {
-    free().map_or(ELSEWHERE, |free| free.saturating_add(bytes) / 4 * 3)
+    system::free().map_or(ELSEWHERE, |free| free.saturating_add(bytes) / 4 * 3)
 }
 
-/// Whether the address space of the process has a limit (`ulimit -v`).
-pub fn has_limited_addresses() -> bool {
-    of_address_space().is_some()
-}
-
-/// The default of `--texture-memory`, in bytes: half of the memory of the machine or of the process's control groups.
+/// The default of `--texture-memory`, in bytes: half of the memory of the machine, or of what the process may use of it.
 pub fn default_textures() -> u64 {
-    let machine = kibibytes("/proc/meminfo", "MemTotal:");
-    let all = machine.into_iter().chain(groups().map(|group| group.limit));
-    all.min().map_or(ELSEWHERE, |bytes| bytes / 2)
-}
-
-/// The memory that the process can still allocate, in bytes: the least of the free memory of the machine, the limits of its
-/// control groups (version 2) and that of its address space. `None` if the system does not report it.
-fn free() -> Option<u64> {
-    let machine = kibibytes("/proc/meminfo", "MemAvailable:");
-    let of_groups = groups().map(|group| group.limit.saturating_sub(group.used)).min();
-    [machine, of_groups, of_address_space()].into_iter().flatten().min()
-}
-
-/// The peak of resident memory so far, in bytes; `None` if the system does not report it.
-pub fn peak() -> Option<u64> {
-    kibibytes("/proc/self/status", "VmHWM:")
-}
-
-/// The processor time of all threads so far, in seconds, to a hundredth; `None` if the system does not report it.
-pub fn cpu_seconds() -> Option<f64> {
-    const TICKS_PER_SECOND: f64 = 100.0;
-    let text = read_to_string("/proc/self/stat").ok()?;
-    // The name of the program, in parentheses, may contain spaces.
-    let (_, fields) = text.rsplit_once(')')?;
-    let ticks = fields
-        .split_whitespace()
-        .skip(11)
-        .take(2)
-        .map(|field| field.parse::<u64>().ok());
-    let sum: u64 = ticks.sum::<Option<u64>>()?;
-    Some(sum as f64 / TICKS_PER_SECOND)
-}
-
-/// The bytes of a line such as `VmHWM:  1234 kB`.
-fn kibibytes(file: &str, name: &str) -> Option<u64> {
-    let text = read_to_string(file).ok()?;
-    let line = text.lines().find_map(|l| l.strip_prefix(name))?;
-    let kibibytes: u64 = line.trim().strip_suffix(" kB")?.parse().ok()?;
-    Some(kibibytes * 1024)
-}
-
-/// The memory of a control group, in bytes.
-struct Group {
-    limit: u64,
-    used: u64,
-}
-
-/// The control groups of the process (version 2) that have a limit.
-fn groups() -> impl Iterator<Item = Group> {
-    let list = read_to_string("/proc/self/cgroup").unwrap_or_default();
-    let own = list.lines().find_map(|l| l.strip_prefix("0::/").map(PathBuf::from));
-    let folders: Vec<PathBuf> = own.iter().flat_map(|own| own.ancestors()).map(Path::to_owned).collect();
-    folders.into_iter().filter_map(|folder| {
-        let folder = Path::new("/sys/fs/cgroup").join(folder);
-        let number = |file: &str| read_to_string(folder.join(file)).ok()?.trim().parse().ok();
-        Some(Group {
-            limit: number("memory.max")?,
-            used: number("memory.current")?,
-        })
-    })
-}
-
-/// The remaining bytes of `ulimit -v`; `None` without a limit.
-fn of_address_space() -> Option<u64> {
-    let limits = read_to_string("/proc/self/limits").ok()?;
-    let line = limits.lines().find_map(|l| l.strip_prefix("Max address space"))?;
-    let most: u64 = line.split_whitespace().next()?.parse().ok()?;
-    Some(most.saturating_sub(kibibytes("/proc/self/status", "VmSize:")?))
+    system::total().map_or(ELSEWHERE, |bytes| bytes / 2)
 }

@@ -4,7 +4,7 @@
 //! folder is synchronised last. Several files may go through these steps together ([`put`]). An existing file stays unchanged until then. The new file has the permissions of the process's
 //! umask. A symbolic link is followed: the file is replaced, not the link.
 //!
-//! A temporary file is locked as long as its process lives. An unlocked one was left by a killed process, and [`check`] removes it.
+//! A temporary file is held (see `held`) as long as its process lives. Another one was left by a killed process, and [`check`] removes it.
 
 use std::{
     fs::{self, File, OpenOptions},
@@ -12,11 +12,12 @@ use std::{
     panic::resume_unwind,
     path::{Path, PathBuf},
     thread::{self, Builder},
+    time::{Duration, Instant},
 };
 
 use tempfile::NamedTempFile;
 
-use super::{EncodeError, OutputError};
+use super::{EncodeError, OutputError, held};
 
 /// The prefix and the suffix of temporary files.
 pub const TEMPORARY_PREFIX: &str = ".batch-render-";
@@ -31,6 +32,11 @@ impl<T: Write + Seek> NewFile for T {}
 
 /// The most threads that wait for the disk. The system makes files durable together that are synchronised at the same time.
 const MAX_SYNC_THREADS: usize = 16;
+
+/// The time for which a file is waited for that another program has open, as Windows then refuses to replace it, and the
+/// interval of attempts.
+const PATIENCE: Duration = Duration::from_secs(2);
+const POLL: Duration = Duration::from_millis(50);
 
 /// Writes the output of `encode` to `path`, in an existing folder. On an error an old file stays, and the temporary file is removed.
 pub fn write<T>(
@@ -97,12 +103,24 @@ impl PendingFile {
         }
     }
 
-    fn rename(self) -> Result<(), OutputError> {
-        let Self { file, target, path } = self;
-        file.persist(&target).map(drop).map_err(|error| OutputError::Write {
-            source: plain(error.error),
-            path,
-        })
+    fn rename(mut self) -> Result<(), OutputError> {
+        let start = Instant::now();
+        loop {
+            match fs::rename(self.file.path(), &self.target) {
+                Ok(()) => {
+                    self.file.disable_cleanup(true);
+                    return Ok(());
+                }
+                Err(error) if is_kept_open(&error, &self.target) => {
+                    if start.elapsed() > PATIENCE {
+                        let message = "another program has the file open";
+                        return Err(self.failed(io::Error::new(io::ErrorKind::InvalidInput, message)));
+                    }
+                    thread::sleep(POLL);
+                }
+                Err(error) => return Err(self.failed(error)),
+            }
+        }
     }
 }
 
@@ -146,12 +164,19 @@ pub fn put(files: Vec<PendingFile>) -> Result<(), OutputError> {
     })
 }
 
+/// Whether a file cannot be replaced, by this error, because another program has it open.
+fn is_kept_open(error: &io::Error, target: &Path) -> bool {
+    // Windows denies the access to a file that others may read and write, but not remove.
+    let is_denied = cfg!(windows) && error.kind() == io::ErrorKind::PermissionDenied;
+    held::is_in_use(error) || is_denied && check_permissions(target).is_ok()
+}
+
 /// Checks whether `path` can be written: makes its folders and a temporary file, and removes those of killed processes.
 pub fn check(path: &Path) -> Result<(), OutputError> {
     let attempt = || {
         fs::create_dir_all(folder_of(path))?;
         let (target, _file) = create(path)?;
-        remove_abandoned(&folder_of(&target));
+        held::remove_abandoned(&folder_of(&target), TEMPORARY_PREFIX, TEMPORARY_SUFFIX);
         Ok(())
     };
     attempt().map_err(|source| OutputError::Create {
@@ -177,7 +202,7 @@ pub fn folder_problem(error: io::Error, folder: &Path) -> io::Error {
 /// Removes the temporary files of killed processes beside `path`.
 pub fn sweep(path: &Path) {
     if let Ok(target) = target_of(path) {
-        remove_abandoned(&folder_of(&target));
+        held::remove_abandoned(&folder_of(&target), TEMPORARY_PREFIX, TEMPORARY_SUFFIX);
     }
 }
 
@@ -243,7 +268,11 @@ fn check_permissions(target: &Path) -> io::Result<()> {
                 return Err(io::ErrorKind::PermissionDenied.into());
             }
             // Opening the file tests the permission and changes nothing.
-            OpenOptions::new().write(true).open(target)?;
+            match OpenOptions::new().write(true).open(target) {
+                // It may be closed by the time at which it is replaced.
+                Err(error) if held::is_in_use(&error) => {}
+                opened => drop(opened?),
+            }
         }
         Err(error) if error.kind() == io::ErrorKind::NotFound => {}
         Err(error) => return Err(error),
@@ -255,7 +284,7 @@ fn check_permissions(target: &Path) -> io::Result<()> {
     Ok(())
 }
 
-/// Makes a temporary file beside the target of `path`. Returns the target's path and the locked temporary file.
+/// Makes a temporary file beside the target of `path`. Returns the target's path and the held temporary file.
 fn create(path: &Path) -> io::Result<(PathBuf, NamedTempFile<File>)> {
     let target = target_of(path)?;
     check_permissions(&target)?;
@@ -266,35 +295,10 @@ fn create(path: &Path) -> io::Result<(PathBuf, NamedTempFile<File>)> {
             .prefix(TEMPORARY_PREFIX)
             .suffix(TEMPORARY_SUFFIX)
             .rand_bytes(10)
-            .make_in(&folder, |path| {
-                OpenOptions::new().write(true).create_new(true).open(path)
-            })?;
-        // Some network file systems have no locks; there abandoned files are not removed.
-        let _ = file.as_file().lock();
+            .make_in(&folder, held::create)?;
         // Another process may have removed it before it was locked.
         if file.path().exists() {
             return Ok((target, file));
-        }
-    }
-}
-
-/// Removes the temporary files of dead processes.
-fn remove_abandoned(folder: &Path) {
-    let Ok(entries) = fs::read_dir(folder) else { return };
-    for entry in entries.flatten() {
-        let name = entry.file_name();
-        let Some(name) = name.to_str() else { continue };
-        let is_file = entry.file_type().is_ok_and(|t| t.is_file());
-        if !is_file || !name.starts_with(TEMPORARY_PREFIX) || !name.ends_with(TEMPORARY_SUFFIX) {
-            continue;
-        }
-        // Holding the lock keeps other processes from using the file.
-        let file = OpenOptions::new().write(true).open(entry.path());
-        if let Ok(file) = file
-            && file.try_lock().is_ok()
-        {
-            // Another process may have removed it already.
-            let _ = fs::remove_file(entry.path());
         }
     }
 }

@@ -1,10 +1,10 @@
 //! Job files: a running job lists the files that it writes, so that two jobs do not write the same file.
 //!
-//! A job file is locked as long as its process lives, and removed at the end or by the next job. It is a hidden temporary file in
+//! A job file is held (see `held`) as long as its process lives, and removed at the end or by the next job. It is a hidden temporary file in
 //! the folder of the pictures, see [`atomic`](super::atomic).
 
 use std::{
-    fs::{self, File, OpenOptions, TryLockError},
+    fs::{self, File, OpenOptions},
     io::{self, Write},
     path::{Path, PathBuf},
     thread,
@@ -13,7 +13,10 @@ use std::{
 
 use tempfile::NamedTempFile;
 
-use super::atomic::{TEMPORARY_PREFIX, TEMPORARY_SUFFIX};
+use super::{
+    atomic::{TEMPORARY_PREFIX, TEMPORARY_SUFFIX},
+    held,
+};
 use crate::render::Cancel;
 
 const SUFFIX: &str = ".job.tmp";
@@ -44,20 +47,15 @@ impl FolderGate {
         let path = folder.join(format!("{TEMPORARY_PREFIX}gate{TEMPORARY_SUFFIX}"));
         let mut left = PATIENCE;
         loop {
-            let Some(file) = open_gate(&path) else {
-                return Self { path, file: None };
-            };
-            match file.try_lock() {
-                // The job that held it has removed it: others lock a new file.
-                Ok(()) if !is_at(&file, &path) => {}
-                Ok(()) => return Self { path, file: Some(file) },
-                Err(TryLockError::WouldBlock) if !left.is_zero() => {
+            match attempt(&path) {
+                Attempt::Closed(file) => return Self { path, file: Some(file) },
+                Attempt::Busy if !left.is_zero() => {
                     thread::sleep(POLL);
                     if cancel.is_some_and(Cancel::is_cancelled) {
                         left = left.saturating_sub(POLL);
                     }
                 }
-                Err(_) => return Self { path, file: None },
+                Attempt::Busy | Attempt::Impossible => return Self { path, file: None },
             }
         }
     }
@@ -65,19 +63,55 @@ impl FolderGate {
 
 impl Drop for FolderGate {
     fn drop(&mut self) {
-        if self.file.is_some() {
+        if self.file.is_some() && !cfg!(windows) {
             // A file that stays is a lock that nobody holds.
             let _ = fs::remove_file(&self.path);
         }
     }
 }
 
-fn open_gate(path: &Path) -> Option<File> {
+/// What came of closing a gate.
+enum Attempt {
+    Closed(File),
+    /// Another process has closed it.
+    Busy,
+    /// No file can be made or locked.
+    Impossible,
+}
+
+/// Closes the gate at `path` if it is open.
+#[cfg(not(windows))]
+fn attempt(path: &Path) -> Attempt {
     // Opening anything but a file may wait for ever.
-    let is_free = fs::symlink_metadata(path).map_or(true, |found| found.is_file());
+    if fs::symlink_metadata(path).is_ok_and(|found| !found.is_file()) {
+        return Attempt::Impossible;
+    }
+    loop {
+        let Ok(file) = OpenOptions::new().write(true).create(true).truncate(false).open(path) else {
+            return Attempt::Impossible;
+        };
+        match file.try_lock() {
+            // The job that held it has removed it: others lock a new file.
+            Ok(()) if !is_at(&file, path) => {}
+            Ok(()) => return Attempt::Closed(file),
+            Err(std::fs::TryLockError::WouldBlock) => return Attempt::Busy,
+            Err(_) => return Attempt::Impossible,
+        }
+    }
+}
+
+/// Closes the gate at `path` if it is open: the file is there for this process alone, and goes when it is closed.
+#[cfg(windows)]
+fn attempt(path: &Path) -> Attempt {
+    use std::os::windows::fs::OpenOptionsExt;
+    const FILE_FLAG_DELETE_ON_CLOSE: u32 = 0x0400_0000;
     let mut options = OpenOptions::new();
-    options.write(true).create(true).truncate(false);
-    is_free.then(|| options.open(path).ok()).flatten()
+    options.write(true).create(true).truncate(false).share_mode(0);
+    match options.custom_flags(FILE_FLAG_DELETE_ON_CLOSE).open(path) {
+        Ok(file) => Attempt::Closed(file),
+        Err(error) if held::is_in_use(&error) => Attempt::Busy,
+        Err(_) => Attempt::Impossible,
+    }
 }
 
 /// Whether `path` is the name of this open file.
@@ -89,14 +123,17 @@ fn is_at(file: &File, path: &Path) -> bool {
     own.is_ok_and(|own| fs::metadata(path).is_ok_and(|found| identity(found) == own))
 }
 
-#[cfg(not(unix))]
+#[cfg(not(any(unix, windows)))]
 fn is_at(_: &File, path: &Path) -> bool {
     path.exists()
 }
 
 /// This process and its machine, as text.
 pub fn process() -> String {
-    let host = fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
+    let host = match cfg!(windows) {
+        true => std::env::var("COMPUTERNAME").unwrap_or_default(),
+        false => fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default(),
+    };
     let host = Some(host.trim()).filter(|host| !host.is_empty());
     let host = host.map(|host| format!(" on {host}")).unwrap_or_default();
     format!("process {}{host}", std::process::id())
@@ -109,11 +146,7 @@ pub fn create(folder: &Path, text: &str) -> io::Result<JobFile> {
             .prefix(TEMPORARY_PREFIX)
             .suffix(SUFFIX)
             .rand_bytes(10)
-            .make_in(folder, |path| {
-                OpenOptions::new().write(true).create_new(true).open(path)
-            })?;
-        // Without locks it looks like the file of a dead job.
-        let _ = file.as_file().lock();
+            .make_in(folder, held::create)?;
         file.as_file_mut().write_all(text.as_bytes())?;
         // Another process may have removed it before it was locked.
         if file.path().exists() {
@@ -133,10 +166,7 @@ pub fn of_others(folder: &Path) -> Vec<String> {
         .filter(|entry| entry.file_name().to_str().is_some_and(is_job))
         // Opening anything but a file may wait for ever.
         .filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file()));
-    let living = names.filter(|entry| {
-        let file = OpenOptions::new().write(true).open(entry.path());
-        file.is_ok_and(|file| matches!(file.try_lock(), Err(TryLockError::WouldBlock)))
-    });
+    let living = names.filter(|entry| matches!(held::take(&entry.path()), Ok(None)));
     living
         .filter_map(|entry| fs::read_to_string(entry.path()).ok())
         .collect()

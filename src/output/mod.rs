@@ -13,6 +13,7 @@ pub mod exr;
 mod facts;
 mod frame;
 mod frame_attributes;
+mod held;
 pub mod job_file;
 mod join;
 mod jpeg_quality;

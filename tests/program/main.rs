@@ -38,6 +38,7 @@ mod job;
 mod job_ends;
 mod layers;
 mod lenses;
+mod line_ends;
 mod materials;
 mod media;
 mod merge;
