@@ -18,8 +18,8 @@ bin=$out/venv/bin
 "$bin/mypy" --strict --cache-dir "$out/mypy" python/batch_render
 BATCH_RENDER=$program PYTHONPATH=python PYTHONDONTWRITEBYTECODE=1 "$bin/python" -m pytest -q -p no:cacheprovider python/tests
 
-# The wheel, from the program that is built already.
-(cd python && "$bin/maturin" build --release --locked --out "$out/wheels") >"$out/maturin.log" 2>&1 || {
+# The wheel, of the features with which the program is built already. That of a release has no viewer and is smaller.
+(cd python && "$bin/maturin" build --release --locked --features default --out "$out/wheels") >"$out/maturin.log" 2>&1 || {
     cat "$out/maturin.log"
     exit 1
 }

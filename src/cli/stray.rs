@@ -20,8 +20,16 @@ pub fn reworded(error: &Error) -> Option<Error> {
 pub fn mistyped_command<'a>(scenes: impl IntoIterator<Item = &'a Path>) -> Option<Error> {
     let mut scenes = scenes.into_iter();
     let first = scenes.next()?;
-    let message = mistyped(first).or_else(|| scenes.find_map(|word| late_command(first, word)))?;
+    let message = without_viewer(first)
+        .or_else(|| mistyped(first))
+        .or_else(|| scenes.find_map(|word| late_command(first, word)))?;
     Some(Args::command().error(ErrorKind::InvalidSubcommand, message))
+}
+
+/// The message of the viewer's command where the viewer is not built in.
+fn without_viewer(word: &Path) -> Option<String> {
+    let is_meant = cfg!(not(feature = "viewer")) && word == Path::new("fly") && !word.exists();
+    is_meant.then(|| "this build of the program has no viewer, and so no command `fly`".to_owned())
 }
 
 /// The message of a word after the scene `first` that is no file but the name of a command.
