@@ -27,6 +27,7 @@ use error::ImageProblem;
 use limits::{MAX_BYTES, MAX_SIDE, check_size, shrunk, with_levels};
 
 pub use error::ImageError;
+pub use exr::passes::{ImagePass, PassChannel};
 pub use texture_memory::halvings;
 
 /// The first bytes of a JPEG file.
@@ -97,6 +98,18 @@ pub struct EncodedImage {
     path: PathBuf,
     color_space: ColorSpace,
     alpha: AlphaUse,
+}
+
+/// All passes of an EXR file, by their names; `None` of a picture of another format.
+///
+/// # Errors
+/// The file cannot be read, or it is broken.
+pub fn passes(path: &Path, files: &Files) -> Result<Option<Vec<ImagePass>>, ImageError> {
+    let request = ImageRequest::new(ImageSource::File(path.to_owned()), ColorSpace::Raw);
+    let EncodedImage { bytes, .. } = EncodedImage::read(&request, files)?;
+    let is_exr = bytes.starts_with(&exr::MAGIC);
+    let passes = is_exr.then(|| exr::passes(&bytes, files.memory())).transpose();
+    passes.map_err(|problem| problem.at(path))
 }
 
 impl EncodedImage {

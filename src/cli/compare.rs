@@ -8,7 +8,9 @@ use std::{
 
 use batch_render::{
     assets::{Files, MemoryBudget},
-    compare::{CompareError, Comparison, Measures, compare, heat, pairs::Pairs},
+    compare::{
+        CompareError, ComparedPass, Comparison, Measures, PassMeasures, compare, compare_passes, heat, pairs::Pairs,
+    },
     error::Error,
     output::atomic,
 };
@@ -72,6 +74,19 @@ struct Line<'a> {
     within_tolerance: bool,
     #[serde(skip_serializing_if = "Option::is_none")]
     error: Option<String>,
+}
+
+/// The result of a pass of a pair, as JSON.
+#[derive(Serialize)]
+struct PassLine<'a> {
+    reference: &'a Path,
+    test: &'a Path,
+    pass: &'a str,
+    #[serde(flatten)]
+    measures: Option<PassMeasures>,
+    within_tolerance: bool,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    error: Option<&'static str>,
 }
 
 impl Run<'_> {
@@ -145,7 +160,7 @@ impl Run<'_> {
             within_tolerance: within,
             error: None,
         };
-        self.print(&line, || {
+        self.print(&line, test, || {
             let mut text = format!(
                 "FLIP {:.5}, RMSE {:.5}, relMSE {:.5}, largest difference {:.5}, {:.3} % of pixels differ; mean {} (reference {})",
                 measures.flip,
@@ -168,10 +183,49 @@ impl Run<'_> {
             }
             text
         })?;
+        let within = self.passes(reference, test)? && within;
         if !within && !self.updates(reference, test)? {
             self.beyond += 1;
         }
         Ok(())
+    }
+
+    /// Compares the passes that were asked for, a line each; returns whether all are within the tolerance.
+    fn passes(&self, reference: &Path, test: &Path) -> anyhow::Result<bool> {
+        let Some(names) = &self.args.passes else {
+            return Ok(true);
+        };
+        let passes = compare_passes([reference, test], names, self.args.limit, &self.files);
+        let mut all_within = true;
+        for ComparedPass { name, measures } in passes.map_err(CompareError::from).map_err(Error::from)? {
+            let within = measures.is_ok_and(|measures| self.args.accepts_pass(&measures));
+            all_within &= within;
+            let line = PassLine {
+                reference,
+                test,
+                pass: &name,
+                measures: measures.ok(),
+                within_tolerance: within,
+                error: measures.err(),
+            };
+            self.print(&line, test, || {
+                let shown = if name.is_empty() { "R, G, B, A" } else { &name };
+                let mut text = match &measures {
+                    Err(error) => format!("{shown}: {error}"),
+                    Ok(PassMeasures { rmse, largest, pixels }) => {
+                        let numbers = rmse.zip(*largest).map_or_else(String::new, |(rmse, largest)| {
+                            format!("RMSE {rmse:.5}, largest difference {largest:.5}, ")
+                        });
+                        format!("{shown}: {numbers}{:.3} % of pixels differ", 100.0 * pixels)
+                    }
+                };
+                if measures.is_ok() && !within {
+                    text.push_str("; beyond the tolerance");
+                }
+                text
+            })?;
+        }
+        Ok(all_within)
     }
 
     /// Copies a test over its reference where that was asked for.
@@ -201,17 +255,17 @@ impl Run<'_> {
             within_tolerance: false,
             error: Some(error.to_owned()),
         };
-        self.print(&line, || error.to_owned())
+        self.print(&line, test, || error.to_owned())
     }
 
-    fn print(&self, line: &Line<'_>, text: impl FnOnce() -> String) -> anyhow::Result<()> {
+    fn print(&self, line: &impl Serialize, test: &Path, text: impl FnOnce() -> String) -> anyhow::Result<()> {
         if self.quiet && !self.args.json {
             return Ok(());
         }
         let text = if self.args.json {
             serde_json::to_string(line)?
         } else {
-            format!("{}: {}", line.test.display(), text())
+            format!("{}: {}", test.display(), text())
         };
         match writeln!(io::stdout().lock(), "{text}") {
             Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Error::Stdout(error).into()),

@@ -2,7 +2,7 @@
 
 use std::path::PathBuf;
 
-use batch_render::compare::Measures;
+use batch_render::compare::{Measures, PassMeasures};
 use clap::{Args as ClapArgs, ValueEnum};
 
 use super::values::not_negative;
@@ -13,6 +13,7 @@ Examples:
   batch-render compare expected/ out/ --tolerance 0.02           each picture of two folders, by FLIP
   batch-render compare expected/ out/ --metric pixels --limit 0.01 --tolerance 0.001
   batch-render compare expected/ out/ -o differences/            a map of FLIP for each picture
+  batch-render compare expected.exr out.exr --passes=depth,N     two passes beside the picture
   batch-render compare expected/ out/ --tolerance 0.02 --update  take what differs as the new references";
 
 #[derive(Debug, ClapArgs)]
@@ -34,6 +35,13 @@ pub struct CompareArgs {
     /// Difference of a number that `pixels` does not count [default: 1/255]
     #[arg(long, value_name = "X", default_value_t = 1.0 / 255.0, hide_default_value = true, value_parser = not_negative)]
     pub limit: f64,
+
+    /// Also compare the passes of EXR files, those of the list or all: depth,N,objectId
+    ///
+    /// Numbers are judged by --metric, or by `pixels` where that is flip or relmse; ids, also those of Cryptomatte, by
+    /// the share of pixels that differ.
+    #[arg(long, value_name = "LIST", num_args = 0..=1, require_equals = true, value_delimiter = ',')]
+    pub passes: Option<Vec<String>>,
 
     /// Write a map of FLIP as PNG: black where pictures are equal; for folders a folder
     #[arg(short, long, value_name = "PATH")]
@@ -80,5 +88,16 @@ impl CompareArgs {
             Metric::Largest => (measures.largest, 0.0),
         };
         value <= self.tolerance && alpha <= self.tolerance
+    }
+
+    /// Whether these measures of a pass are within the tolerance.
+    pub fn accepts_pass(&self, measures: &PassMeasures) -> bool {
+        let value = match self.metric {
+            Metric::Flip | Metric::Relmse if self.tolerance == 0.0 => measures.largest,
+            Metric::Flip | Metric::Relmse | Metric::Pixels => None,
+            Metric::Rmse => measures.rmse,
+            Metric::Largest => measures.largest,
+        };
+        value.unwrap_or(measures.pixels) <= self.tolerance
     }
 }

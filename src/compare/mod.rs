@@ -1,12 +1,13 @@
 //! Two pictures compared: errors of their numbers, and the difference that a viewer sees.
 //!
 //! One picture is the *reference*, the other the *test*. [`Comparison::new`] has all measures of a pair; [`pairs`] finds the pairs
-//! of two folders; [`heat::color`] shows a difference as a colour.
+//! of two folders, and [`compare_passes`] compares the passes of EXR files; [`heat::color`] shows a difference as a colour.
 
 mod flip;
 pub mod heat;
 mod measures;
 pub mod pairs;
+mod passes;
 mod picture;
 
 use std::path::Path;
@@ -14,6 +15,7 @@ use std::path::Path;
 use crate::assets::{Files, image::ImageError};
 
 pub use measures::{Comparison, Measures};
+pub use passes::{ComparedPass, PassMeasures, compare_passes};
 pub use picture::Picture;
 
 /// Why two pictures cannot be compared.

@@ -119,6 +119,63 @@ fn what_cannot_be_compared_says_why() {
 }
 
 #[test]
+fn passes_are_compared_by_numbers_and_ids_by_pixels() {
+    let folder = Folder::new();
+    folder.write("s.toml", SMALL_SCENE);
+    folder.write("moved.toml", &SMALL_SCENE.replace("target = [0, 0", "target = [0.4, 0"));
+    let passes = "depth,N,objectId,CryptoObject";
+    for (scene, name, aovs) in [
+        ("s.toml", "a.exr", passes),
+        ("moved.toml", "b.exr", passes),
+        ("s.toml", "c.exr", "N"),
+    ] {
+        folder.succeed(&[scene, "-o", name, "--samples", "2", "--aovs", aovs]);
+    }
+    let lines = |args: &[&str]| -> Vec<serde_json::Value> {
+        let (code, lines, error) = compared(&folder, &[args, &["--json"]].concat());
+        assert_eq!(code, Some(i32::from(args[0] != args[1])), "{lines}{error}");
+        lines
+            .lines()
+            .map(|line| serde_json::from_str(line).expect("JSON"))
+            .collect()
+    };
+    let same = lines(&["a.exr", "a.exr", "--passes"]);
+    let names: Vec<_> = same[1..]
+        .iter()
+        .map(|line| line["pass"].as_str().expect("a name"))
+        .collect();
+    for name in ["", "N", "depth", "objectId", "CryptoObject00"] {
+        assert!(names.contains(&name), "{names:?}");
+    }
+    assert!(
+        same.iter()
+            .all(|line| line["within_tolerance"] == true && line["pixels"] == 0.0),
+        "{same:?}"
+    );
+
+    let moved = lines(&["a.exr", "b.exr", "--passes=depth,objectId,CryptoObject00,none"]);
+    for line in &moved[1..] {
+        assert_eq!(line["within_tolerance"], false, "{line}");
+        match line["pass"].as_str() {
+            Some("none") => assert_eq!(line["error"], "neither file has such a pass"),
+            Some("depth") => assert!(line["rmse"].as_f64().is_some_and(|rmse| rmse > 0.0), "{line}"),
+            _ => assert!(
+                line["pixels"].as_f64().is_some_and(|share| share > 0.0 && share < 1.0) && line["rmse"].is_null(),
+                "{line}"
+            ),
+        }
+    }
+    let missing = lines(&["a.exr", "c.exr", "--passes=depth,N"]);
+    assert_eq!(missing[1]["within_tolerance"], true, "{missing:?}");
+    assert_eq!(missing[2]["error"], "the pass is missing");
+    let (_, text, _) = compared(&folder, &["a.exr", "b.exr", "--passes"]);
+    assert!(
+        text.contains("b.exr: objectId: ") && text.contains(" % of pixels differ"),
+        "{text}"
+    );
+}
+
+#[test]
 fn references_may_be_missing_at_first_and_any_difference_counts() {
     let folder = Folder::new();
     let write = |name: &str, [red, alpha]: [f32; 2]| {

@@ -4,6 +4,7 @@
 //! has alpha. Source: "The OpenEXR File Layout", openexr.com, section "Display window and data window".
 
 mod layers;
+pub mod passes;
 mod primaries;
 
 use std::{io::Cursor, ops::Range};
@@ -13,6 +14,8 @@ use ::exr::{
     meta::{MetaData, attribute::IntegerBounds, header::Header},
     prelude::{ReadChannels as _, ReadLayers as _, read},
 };
+
+use passes::ImagePass;
 
 use super::{
     error::ImageProblem,
@@ -68,6 +71,14 @@ pub(super) fn decode(bytes: &[u8], halvings: u32, memory: &MemoryBudget) -> Resu
         primaries: primaries::named(&attributes, &layer.attributes),
         ..picture(layer, &shown.channels, attributes.display_window)
     })
+}
+
+/// All passes of a file, by their names.
+pub(super) fn passes(bytes: &[u8], memory: &MemoryBudget) -> Result<Vec<ImagePass>, ImageProblem> {
+    check_header(bytes, memory)?;
+    let parts = read().no_deep_data().largest_resolution_level().all_channels();
+    let image = parts.all_layers().all_attributes().from_buffered(Cursor::new(bytes))?;
+    Ok(passes::of_parts(image.layer_data))
 }
 
 /// Refuses absurd sizes, for which the decoder would allocate memory. Returns the bytes of the picture.
