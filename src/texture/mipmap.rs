@@ -90,11 +90,10 @@ impl<'a> Smaller<'a> {
         let half = self.size.map(|n| (n / 2).max(1));
         let (bitmap, values) = (self.bitmap, &self.values);
         let how = (bitmap.channels, bitmap.weighs_by_alpha);
-        self.values = if values.is_empty() {
-            shrink(self.size, half, how, |i| linear(bitmap, i))
-        } else {
-            shrink(self.size, half, how, |i| values[i])
-        };
+        self.values = shrink(self.size, half, how, &|first, row| match &values[..] {
+            [] => read_linear(bitmap, first, row),
+            values => row.copy_from_slice(&values[first..first + row.len()]),
+        });
         self.size = half;
         true
     }
@@ -109,14 +108,39 @@ impl<'a> Smaller<'a> {
     }
 }
 
-fn linear(bitmap: &Bitmap, i: usize) -> f32 {
+/// Reads a row of numbers in linear light, from number `first` of the picture on.
+fn read_linear(bitmap: &Bitmap, first: usize, row: &mut [f32]) {
+    let range = first..first + row.len();
+    let channels = bitmap.channels;
+    let byte = |v: u8| f32::from(v) / 255.0;
+    let word = |v: u16| f32::from(v) / 65535.0;
     match &bitmap.storage {
-        Storage::Srgb8(v) if !is_alpha(i, bitmap.channels) => srgb::decode8(v[i]),
-        Storage::Srgb8(v) | Storage::Linear8(v) => f32::from(v[i]) / 255.0,
-        Storage::Srgb16(v) if !is_alpha(i, bitmap.channels) => srgb::decoded16()[usize::from(v[i])],
-        Storage::Srgb16(v) | Storage::Linear16(v) => f32::from(v[i]) / 65535.0,
-        Storage::Unit(v) => v[i].get(),
-        Storage::Float(v) => v[i],
+        Storage::Srgb8(v) => {
+            let light = srgb::decoded();
+            let codes = v[range].iter().enumerate();
+            row.iter_mut().zip(codes).for_each(|(to, (i, v))| {
+                *to = if is_alpha(i, channels) {
+                    byte(*v)
+                } else {
+                    light[usize::from(*v)]
+                };
+            });
+        }
+        Storage::Linear8(v) => row.iter_mut().zip(&v[range]).for_each(|(to, v)| *to = byte(*v)),
+        Storage::Srgb16(v) => {
+            let light = srgb::decoded16();
+            let codes = v[range].iter().enumerate();
+            row.iter_mut().zip(codes).for_each(|(to, (i, v))| {
+                *to = if is_alpha(i, channels) {
+                    word(*v)
+                } else {
+                    light[usize::from(*v)]
+                };
+            });
+        }
+        Storage::Linear16(v) => row.iter_mut().zip(&v[range]).for_each(|(to, v)| *to = word(*v)),
+        Storage::Unit(v) => row.iter_mut().zip(&v[range]).for_each(|(to, v)| *to = v.get()),
+        Storage::Float(v) => row.copy_from_slice(&v[range]),
     }
 }
 
@@ -196,37 +220,43 @@ impl Span {
     }
 }
 
-/// The numbers of a picture of size `from`, read by index, as one of size `to`; `weighs_by_alpha` is that of the picture.
+/// The numbers of a picture of size `from` as one of size `to`; `weighs_by_alpha` is that of the picture. `read` fills a row with those from a
+/// number on.
 fn shrink(
     from: [u32; 2],
     to: [u32; 2],
     (channels, weighs_by_alpha): (usize, bool),
-    read: impl Fn(usize) -> f32 + Sync,
+    read: &(dyn Fn(usize, &mut [f32]) + Sync),
 ) -> Vec<f32> {
     let (columns, rows) = (Span::all(from[0], to[0]), Span::all(from[1], to[1]));
     let stride = from[0] as usize * channels;
     let mut out = vec![0.0; to[0] as usize * to[1] as usize * channels];
     let lines = out.chunks_exact_mut(to[0] as usize * channels).zip(&rows);
     parallel::for_each(lines, |(line, row)| {
-        for (texel, column) in line.chunks_exact_mut(channels).zip(&columns) {
-            let mut seen = [0.0; 3];
-            for y in row.texels.clone() {
+        let mut source = vec![0.0; stride];
+        let mut seen = vec![[0.0; 3]; if weighs_by_alpha { columns.len() } else { 0 }];
+        for y in row.texels.clone() {
+            read(y * stride, &mut source);
+            let across = row.weight(y);
+            for (i, (texel, column)) in line.chunks_exact_mut(channels).zip(&columns).enumerate() {
                 for x in column.texels.clone() {
-                    let weight = row.weight(y) * column.weight(x);
-                    let at = y * stride + x * channels;
-                    for (c, sum) in texel.iter_mut().enumerate() {
-                        *sum += weight * read(at + c);
+                    let weight = across * column.weight(x);
+                    let numbers = &source[x * channels..][..channels];
+                    for (sum, v) in texel.iter_mut().zip(numbers) {
+                        *sum += weight * v;
                     }
                     if weighs_by_alpha {
-                        let weight = weight * read(at + 3);
-                        for (c, sum) in seen.iter_mut().enumerate() {
-                            *sum += weight * read(at + c);
+                        let weight = weight * numbers[3];
+                        for (sum, v) in seen[i].iter_mut().zip(numbers) {
+                            *sum += weight * v;
                         }
                     }
                 }
             }
-            if weighs_by_alpha && texel[3] > 0.0 {
-                let alpha = texel[3];
+        }
+        for (texel, seen) in line.chunks_exact_mut(channels).zip(seen) {
+            let alpha = texel[3];
+            if alpha > 0.0 {
                 texel
                     .iter_mut()
                     .zip(seen)
