@@ -31,7 +31,7 @@ pub enum Coherence {
 /// The reason why Embree cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum EmbreeError {
-    #[error("cannot load Embree: {0}")]
+    #[error("cannot load Embree")]
     Load(#[from] LoadError),
     #[error("Embree gives no device")]
     Device,
