@@ -3,7 +3,8 @@
 use super::{
     LightTree,
     binary::BinaryNode,
-    node::{Child, LightNode, Place, WIDTH},
+    groups::WIDTH,
+    node::{Child, LightNode, Place},
 };
 use crate::{light::LightBounds, math::Vec3};
 

@@ -8,6 +8,9 @@ use crate::{
     math::{Sidedness, Vec3},
 };
 
+/// The number of groups in a node.
+pub(super) const WIDTH: usize = 8;
+
 /// Cosines down to this far below 0 count as positive, so that rounding never hides a light.
 const MARGIN: f32 = 1e-3;
 
@@ -110,48 +113,54 @@ impl<const N: usize> LightGroups<N> {
     /// of the group reaches that side.
     #[inline(always)]
     pub fn importances(&self, p: Vec3, n: Vec3) -> [f32; N] {
-        let is_any = n == Vec3::ZERO;
-        // Without a normal every light is at normal incidence.
-        let least = if is_any { f32::NEG_INFINITY } else { -MARGIN };
         let mut importances = [0.0; N];
         for (i, importance) in importances.iter_mut().enumerate() {
-            let (x, y, z) = (
-                self.center[0][i] - p.x,
-                self.center[1][i] - p.y,
-                self.center[2][i] - p.z,
-            );
-            let d = (x * x + y * y + z * z).sqrt();
-            let scale = 1.0 / d;
-            // The angular radius of the bounding sphere.
-            let sin = self.radius[i] * scale;
-            let ball = Angle {
-                cos: (1.0 - sin * sin).max(0.0).sqrt(),
-                sin,
-            };
-            let out = -(self.axis[0][i] * x + self.axis[1][i] * y + self.axis[2][i] * z) * scale;
-            let out = if self.side[i] < 0.0 { out.abs() } else { out };
-            let open = Angle {
-                cos: self.cos_o[i],
-                sin: self.sin_o[i],
-            };
-            let off = Angle::of_cos(out).less(open).less(ball);
-            let facing = (n.x * x + n.y * y + n.z * z) * scale;
-            let facing = Angle::of_cos(facing).less(ball).cos;
-            let shines = (off.cos >= self.cos_e[i]) & (facing >= least);
-            let facing = if is_any { 1.0 } else { facing.max(MARGIN) };
-            let factor = if shines { off.cos.max(MARGIN) * facing } else { 0.0 };
-            // Inside of the bounding sphere all directions are possible.
-            let is_outside = d > self.radius[i];
-            let factor = if is_outside { factor } else { 1.0 };
-            let nearest = if is_outside { scale } else { self.inverse_radius[i] };
-            let brought = self.power[i] * factor * nearest * nearest;
-            let bounded = if brought < f32::MAX {
-                brought
-            } else {
-                f32::MAX * 0.03125
-            };
-            *importance = if self.power[i] > 0.0 { bounded } else { 0.0 };
+            *importance = self.importance(i, p, n);
         }
         importances
+    }
+
+    /// The same of the group at place `i`.
+    #[inline(always)]
+    pub fn importance(&self, i: usize, p: Vec3, n: Vec3) -> f32 {
+        let is_any = (n.x == 0.0) & (n.y == 0.0) & (n.z == 0.0);
+        // Without a normal every light is at normal incidence.
+        let least = if is_any { f32::NEG_INFINITY } else { -MARGIN };
+        let (x, y, z) = (
+            self.center[0][i] - p.x,
+            self.center[1][i] - p.y,
+            self.center[2][i] - p.z,
+        );
+        let d = (x * x + y * y + z * z).sqrt();
+        let scale = 1.0 / d;
+        // The angular radius of the bounding sphere.
+        let sin = self.radius[i] * scale;
+        let ball = Angle {
+            cos: (1.0 - sin * sin).max(0.0).sqrt(),
+            sin,
+        };
+        let out = -(self.axis[0][i] * x + self.axis[1][i] * y + self.axis[2][i] * z) * scale;
+        let out = if self.side[i] < 0.0 { out.abs() } else { out };
+        let open = Angle {
+            cos: self.cos_o[i],
+            sin: self.sin_o[i],
+        };
+        let off = Angle::of_cos(out).less(open).less(ball);
+        let facing = (n.x * x + n.y * y + n.z * z) * scale;
+        let facing = Angle::of_cos(facing).less(ball).cos;
+        let shines = (off.cos >= self.cos_e[i]) & (facing >= least);
+        let facing = if is_any { 1.0 } else { facing.max(MARGIN) };
+        let factor = if shines { off.cos.max(MARGIN) * facing } else { 0.0 };
+        // Inside of the bounding sphere all directions are possible.
+        let is_outside = d > self.radius[i];
+        let factor = if is_outside { factor } else { 1.0 };
+        let nearest = if is_outside { scale } else { self.inverse_radius[i] };
+        let brought = self.power[i] * factor * nearest * nearest;
+        let bounded = if brought < f32::MAX {
+            brought
+        } else {
+            f32::MAX * 0.03125
+        };
+        if self.power[i] > 0.0 { bounded } else { 0.0 }
     }
 }
