@@ -221,6 +221,11 @@ pub trait Integrator: Sync + Send {
         1
     }
 
+    /// Whether a path goes on in one direction at most. If so, the order in which the vertices of a wave are shaded does not matter.
+    fn follows_one_direction(&self) -> bool {
+        false
+    }
+
     /// Whether its pictures show the cost of tracing. If so, [`Integrator::add_cost`] is called in place of
     /// [`Integrator::vertex`].
     fn wants_cost(&self) -> bool {

@@ -143,6 +143,10 @@ impl Integrator for PathTracer {
         }
     }
 
+    fn follows_one_direction(&self) -> bool {
+        true
+    }
+
     #[inline(always)]
     fn vertex(&self, context: &VertexContext<'_>, out: &mut ShadingOutput) {
         self.within(context.scene).shade(context, KnownSurface::default(), out);

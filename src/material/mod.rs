@@ -93,6 +93,11 @@ pub enum BatchKind {
     Layered,
 }
 
+impl BatchKind {
+    /// The number of kinds.
+    pub const COUNT: usize = Self::Layered as usize + 1;
+}
+
 /// The contract of every material.
 pub trait MaterialKind {
     /// The terms of Whitted's model at a point.

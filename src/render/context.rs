@@ -44,6 +44,8 @@ pub(super) struct RenderContext<'a> {
     pub shadow_rays_pass: bool,
     /// Whether the scene has shadow catchers that the frame shows.
     pub has_catchers: bool,
+    /// Whether hits are sorted by the kind of block that shades them.
+    pub groups_hits: bool,
     /// The media around the camera.
     pub media: MediumStack,
     /// The SIMD level.
@@ -77,6 +79,7 @@ impl<'a> RenderContext<'a> {
             paths_pass: !scene.is_opaque() || scene.shading.media.has_priorities() || passes_objects,
             shadow_rays_pass: !scene.is_opaque() || scene.shading.media.lets_shadow_rays_through() || passes_objects,
             has_catchers,
+            groups_hits: frame.integrator.follows_one_direction() && scene.shading.bsdfs.mixes_batch_kinds(),
             media: media_of(scene, &camera),
             simd: scene.geometry.accel.simd(),
             fills_film: frame_camera.fills_film(),

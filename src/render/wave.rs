@@ -3,9 +3,12 @@
 //! The order in which a sample's contributions are added depends on its own paths alone: paths stay sorted by sample, and a
 //! wave that grows too large is split between samples, never within one.
 
+mod grouping;
 mod roles;
 mod shadow_rays;
 mod sweep;
+
+use grouping::HitGrouping;
 
 use super::{
     Cancelled, Content, Control, InvalidSamples,
@@ -54,6 +57,7 @@ pub(super) struct Wave {
     miss_indices: Vec<u32>,
     /// The primitives that were hit.
     prims: Vec<PrimId>,
+    grouping: HitGrouping,
     out: ShadingOutput,
     /// The filter weight and the alpha of each sample.
     weights: Vec<f32>,
@@ -268,6 +272,16 @@ impl Wave {
         }
         if context.has_catchers && self.paths.first().is_some_and(|path| path.depth == 1) {
             self.split_catchers(context);
+        }
+        if context.groups_hits {
+            let Self {
+                hits,
+                hit_indices,
+                prims,
+                grouping,
+                ..
+            } = self;
+            grouping.sort(scene, hits, hit_indices, prims);
         }
         self.out.clock.lap(Stage::Nearest);
         for round in 0..context.integrator.shadow_rounds() {

@@ -56,6 +56,11 @@ impl MaterialBsdfs {
         self.batch_kinds >> kind as u8 & 1 == 1
     }
 
+    /// Whether the scene has blocks of several kinds.
+    pub fn mixes_batch_kinds(&self) -> bool {
+        (self.batch_kinds & !(1 << BatchKind::Alone as u8)).count_ones() > 1
+    }
+
     /// The kind of block that shades surfaces of a material.
     #[inline]
     pub fn batch_kind(&self, id: MaterialId) -> BatchKind {
