@@ -369,7 +369,7 @@ impl Lights {
         }
         self.point_tree.choose_all(on, &mut choices, of_points);
         self.emitter_tree.choose_all(on, &mut choices, of_surfaces);
-        for (lane, (point, choice)) in points.iter_mut().zip(choices).enumerate() {
+        for (lane, (point, choice)) in points.iter_mut().zip(&choices).enumerate() {
             point.chosen = choice.chosen.map(|(light, pmf_in_tree)| SampledLight {
                 light: if of_points >> lane & 1 == 1 {
                     self.points[light as usize]

@@ -192,8 +192,8 @@ impl SurfaceSoa {
     pub(super) fn push_triangle(&mut self, corners: [Vec3; 3], [u, v]: [f32; 2], smooth: SmoothSurface, d: Vec3) {
         let (block, i) = self.next(d);
         block.is_triangle[i] = 1;
-        for (column, corner) in block.corners.iter_mut().zip(corners) {
-            set(column, i, corner);
+        for (column, corner) in block.corners.iter_mut().zip(&corners) {
+            set(column, i, *corner);
         }
         (block.weights[0][i], block.weights[1][i]) = (u, v);
         set(&mut block.smooth, i, smooth.normal);

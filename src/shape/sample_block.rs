@@ -50,8 +50,8 @@ impl<K: SampledKind<N>, const N: usize> Columns<K, N> {
 
     #[inline(always)]
     fn put(&mut self, lane: usize, emitter: &K) {
-        for (to, number) in self.numbers.iter_mut().zip(emitter.sample_numbers()) {
-            to[lane] = number;
+        for (to, number) in self.numbers.iter_mut().zip(&emitter.sample_numbers()) {
+            to[lane] = *number;
         }
         self.is_used[lane] = 1;
     }

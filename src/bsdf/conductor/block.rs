@@ -127,8 +127,8 @@ impl BsdfBlock for ConductorBlock {
         self.any_measured = self.is_measured != [0; LANES];
         let all = self.facets.mirrors(&self.wo);
         let mut gains = [[0.0; LANES]; 3];
-        for (lane, all) in all.into_iter().enumerate() {
-            let gain = multiscatter_gain(get_rgb(&self.normal, lane), all) * get_rgb(&self.tint, lane);
+        for (lane, all) in all.iter().enumerate() {
+            let gain = multiscatter_gain(get_rgb(&self.normal, lane), *all) * get_rgb(&self.tint, lane);
             set_rgb(&mut gains, lane, gain);
         }
         self.gain = gains;

@@ -90,8 +90,8 @@ impl VectorLoop for FindTexels<'_> {
     fn run(self) {
         for i in 0..LANES {
             let corners = self.environment.corners(map_point(self.at, i));
-            for (to, texel) in self.reads.texels.iter_mut().zip(corners.texels) {
-                to[i] = texel;
+            for (to, texel) in self.reads.texels.iter_mut().zip(&corners.texels) {
+                to[i] = *texel;
             }
             (self.reads.f[0][i], self.reads.f[1][i]) = (corners.f.x, corners.f.y);
         }
@@ -225,7 +225,7 @@ impl Environment {
                 at: &mut at,
             });
             self.read(on, &at, numbers.len(), &mut reads);
-            for (i, pdf) in densities.into_iter().enumerate().take(numbers.len()) {
+            for (i, &pdf) in densities.iter().enumerate().take(numbers.len()) {
                 let li = reads.color(i);
                 let sample = (pdf > 0.0 && pdf.is_finite() && !li.is_black()).then(|| LightSample {
                     wi: direction(&w, i),

@@ -263,7 +263,7 @@ impl Packet {
         for side in &mut sides {
             side[2] = passed(*side, back);
         }
-        for (to, from) in edges.sides.iter_mut().zip(sides) {
+        for (to, from) in edges.sides.iter_mut().zip(&sides) {
             *to = [from[0].to_array(), from[1].to_array(), from[2].to_array()];
         }
         let wide = |p: Vec3s<L::F4>| p[0].abs().max(p[1].abs());

@@ -80,8 +80,8 @@ impl PacketQueue<'_> {
         self.upcoming += 1;
         // The rays of a block are not contiguous, so the hardware prefetcher does not help.
         let soon = self.order.list(packet + PREFETCH_DISTANCE, count);
-        for id in soon.ids.into_iter().step_by(2) {
-            level.prefetch::<1>(self.rays.as_ptr().wrapping_add(id as usize).cast());
+        for id in soon.ids.iter().step_by(2) {
+            level.prefetch::<1>(self.rays.as_ptr().wrapping_add(*id as usize).cast());
         }
         Some(self.order.list(packet, count))
     }

@@ -232,10 +232,10 @@ impl Packet {
     #[inline(always)]
     fn aim<F: Floats<Array = [f32; RAYS]>>(&mut self, d: &Vec3s<F>, inv: &Vec3s<F>, axes: [usize; 3]) {
         self.axes = axes.map(|axis| axis as u8);
-        for (k, axis) in axes.into_iter().enumerate() {
+        for (k, &axis) in axes.iter().enumerate() {
             self.d[k].0 = d[axis].to_array();
         }
-        for (k, axis) in axes.into_iter().take(2).enumerate() {
+        for (k, &axis) in axes.iter().take(2).enumerate() {
             let shear = d[axis].mul(inv[axes[2]]);
             self.shear[k].0 = shear.to_array();
             let (low, high) = (shear.reduce_min(), shear.reduce_max());
