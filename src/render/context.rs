@@ -64,7 +64,7 @@ impl<'a> RenderContext<'a> {
         // A sample has its share of the centre pixel; other pixels subtend no larger angle.
         let has_catchers = scene.has_catchers() && settings.content == Content::Light && !frame.integrator.wants_cost();
         let passes_objects = scene.hides() || scene.culls_backs() || has_catchers;
-        let cone = || camera.pixel_cone().shared(settings.samples.max);
+        let cone = || camera.pixel_cone().shared(settings.planned_samples);
         Self {
             scene,
             frame_camera,

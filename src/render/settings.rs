@@ -18,6 +18,8 @@ pub struct Settings {
     /// The part of the picture to render.
     pub window: Window,
     pub samples: SampleBudget,
+    /// The samples of a pixel for which textures are filtered: all that the picture may ever get.
+    pub planned_samples: u32,
     /// The ranges of the samples whose sums are added, if they are divided.
     pub ranges: Option<SampleRanges>,
     pub seed: u32,
@@ -51,6 +53,7 @@ impl Settings {
             resolution,
             window: Window::full(resolution),
             samples: SampleBudget::fixed(samples),
+            planned_samples: samples,
             ranges: None,
             seed: 0,
             noise_frame: 1,

@@ -59,6 +59,21 @@ fn assert_starts_anew(scene: &str, samples: &[&str], more: &[&str]) {
 }
 
 #[test]
+fn filtered_textures_are_those_of_one_job() {
+    let (whole, folder) = (Folder::new(), Folder::new());
+    let scene = repo_str("scenes/kinds/image.toml");
+    let small = [
+        "--resolution",
+        "48x27",
+        "--set",
+        "texture.shown.image.filter='trilinear'",
+    ];
+    keep(&whole, &scene, &["16"], &small);
+    keep(&folder, &scene, &["4", "16"], &small);
+    assert!(whole.read("f.exr") == folder.read("f.exr"));
+}
+
+#[test]
 fn samples_that_follow_make_the_file_of_one_job_with_all_of_them() {
     assert_continues(SMALL_SCENE, &["4", "16", "64"], &["--aovs", PASSES]);
     assert_continues(SMALL_SCENE, &["3", "7"], &["--aovs", "depth,CryptoObject"]);

@@ -244,6 +244,7 @@ fn settings(desc: &SceneDesc, request: &Request) -> Result<render::Settings, Err
             time: request.time_limit,
             ..SampleBudget::fixed(samples)
         },
+        planned_samples: planned,
         ranges: request.sample_ranges,
         seed: desc.render.seed.0,
         noise_frame: 0,

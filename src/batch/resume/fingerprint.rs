@@ -90,6 +90,9 @@ struct Hashed<'a> {
     inputs: String,
     resolution: [u32; 2],
     samples: u32,
+    /// Those for which textures are filtered, if they are others.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    planned_samples: Option<u32>,
     adaptive: Option<AdaptiveSampling>,
     #[serde(skip_serializing_if = "Option::is_none")]
     ranges: Option<SampleRanges>,
@@ -168,6 +171,7 @@ impl<'a> Hashed<'a> {
             resolution,
             window: _,
             samples,
+            planned_samples,
             ranges,
             seed,
             noise_frame: _,
@@ -196,6 +200,7 @@ impl<'a> Hashed<'a> {
             inputs: inputs.0.to_string(),
             resolution: *resolution,
             samples: samples.max,
+            planned_samples: (*planned_samples != samples.max).then_some(*planned_samples),
             adaptive,
             ranges: *ranges,
             seed: *seed,
