@@ -75,7 +75,8 @@ pub use draw::DrawKey;
 ///   Scenes whose files have the same name draw the same values: `--set random.scene={scene}` tells them apart.
 /// - `--set random.seed=8` draws others, and `--set random.light.key.point.intensity=[1,2]` replaces a distribution.
 /// - A rotation that is uniform has the components of a quaternion that are normal: `rotate.qx`, `.qy`, `.qz` and `.qw`, each `{ normal = [0, 1] }`.
-/// - A value that `--set` gives is not drawn. One that a table of values has as well is an error.
+/// - A value that `--set` gives is not drawn. One of which `--set` gives a part, such as `intensity.r`, is an error, and so is one that a table
+///   of values has as well.
 /// - Draws hold while the shutter is open, so that nothing is blurred by them, and motion vectors lead to where the draws of the next frame put
 ///   an object. Frames do not help to denoise each other.
 /// - What was drawn is in `transforms.json` (`--metadata transforms`) as `values` of each frame, and in the attribute `batch-render/values` of EXR,

@@ -46,10 +46,12 @@ impl Values {
         let mut faults = Faults::new(desc);
         let document = desc.document();
         let known = KnownNames::new(&document, desc.source.kind);
-        let key = |(_, path): (_, &[String])| resolve(desc, &document, &known, path).ok();
-        let set_for_the_job: Vec<(Entity, Vec<String>)> = (desc.source.overrides.paths().filter_map(key))
-            .map(|(entity, path)| (entity, path.inner))
-            .collect();
+        let key = |(_, path): (_, &[String])| {
+            let (entity, key) = resolve(desc, &document, &known, path).ok()?;
+            Some((entity, key.inner, path.join(".")))
+        };
+        let set_for_the_job: Vec<(Entity, Vec<String>, String)> =
+            desc.source.overrides.paths().filter_map(key).collect();
         let mut sources: Vec<(&ValueTable, &ValueColumn)> = Vec::new();
         let mut names: HashMap<(Entity, Vec<String>), &str> = HashMap::new();
         // Columns of tables come before values that are drawn, as `sources` are those of the first ones.
@@ -79,8 +81,20 @@ impl Values {
                 }
                 if set_for_the_job
                     .iter()
-                    .any(|(other, inner)| *other == entity && path.inner.starts_with(inner))
+                    .any(|(other, inner, _)| *other == entity && path.inner.starts_with(inner))
                 {
+                    continue;
+                }
+                let part = |(other, inner, _): &&(Entity, Vec<String>, String)| {
+                    *other == entity && inner.starts_with(&path.inner)
+                };
+                if let Some((.., part)) = set_for_the_job.iter().find(part) {
+                    let problem = Problem {
+                        span: None,
+                        message: format!("`{part}`, a part of this value, is set for the whole job"),
+                        help: Some("set the whole value, or let the other parts change one by one".to_owned()),
+                    };
+                    faults.add(origin, problem);
                     continue;
                 }
                 let curve = match column {

@@ -243,3 +243,17 @@ fn a_quaternion_of_normal_numbers_is_a_uniform_rotation() {
         assert!((sum / f64::from(count) - 1.0 / 3.0).abs() < 0.035, "{up:?}");
     }
 }
+
+#[test]
+fn a_value_with_a_part_that_is_set_for_the_whole_job_is_refused() {
+    let red = Overrides::default().with("material.m.matte.albedo.r", 0.5);
+    let whole = Overrides::default().with("material.m.matte.albedo", 0.5);
+    let random = "'material.m.matte.albedo' = { choice = [0.1, 0.9] }";
+    let refused = values(&scene(random, &red)).map(drop).expect_err("a part is set");
+    assert!(
+        refused.contains("`material.m.matte.albedo.r`, a part of this value"),
+        "{refused}"
+    );
+    let set = values(&scene(random, &whole)).unwrap_or_else(|e| panic!("{e}"));
+    assert_eq!(set.drawn_at(1).count(), 0, "what is set is not drawn");
+}
