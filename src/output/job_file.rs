@@ -128,12 +128,9 @@ fn is_at(_: &File, path: &Path) -> bool {
     path.exists()
 }
 
-/// This process and its machine, as text.
+/// This process and, on Linux, its machine, as text.
 pub fn process() -> String {
-    let host = match cfg!(windows) {
-        true => std::env::var("COMPUTERNAME").unwrap_or_default(),
-        false => fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default(),
-    };
+    let host = fs::read_to_string("/proc/sys/kernel/hostname").unwrap_or_default();
     let host = Some(host.trim()).filter(|host| !host.is_empty());
     let host = host.map(|host| format!(" on {host}")).unwrap_or_default();
     format!("process {}{host}", std::process::id())
