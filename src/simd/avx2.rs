@@ -7,18 +7,19 @@ use std::{
 
 use super::{
     compact_table::COMPACT_LANES,
-    lanes::{Eight, Floats, Mask, SimdLevel, Top},
+    lanes::{Eight, EightLanes, Floats, Mask, SimdLevel, Top, operations},
     pair::Pair,
-    prefetch::prefetch_line,
 };
 
-/// A token: the processor is known to have AVX2 and FMA.
+/// A token: the processor is known to have AVX2 and FMA, and AVX-512 (F, VL, DQ, BW) if `SIXTEEN`.
 #[derive(Clone, Copy)]
-pub struct Avx2(());
+pub struct Avx<const SIXTEEN: bool>(());
 
-impl Avx2 {
+pub type Avx2 = Avx<false>;
+
+impl<const SIXTEEN: bool> Avx<SIXTEEN> {
     /// # Safety
-    /// The processor has AVX2 and FMA.
+    /// The processor has AVX2 and FMA, and AVX-512 F, VL, DQ and BW if `SIXTEEN`.
     #[inline(always)]
     pub unsafe fn new() -> Self {
         Self(())
@@ -28,43 +29,30 @@ impl Avx2 {
 /// Declares one width of floats with its mask and its operations.
 macro_rules! floats {
     (
-        $floats:ident($raw:ty), $mask:ident, $array:ty, $movemask:ident, $blend:ident, $store:ident,
-        $and:ident, $or:ident, $xor:ident, $andnot:ident, $splat:ident, $cmp:ident,
-        { $( $op:ident = $intrinsic:ident; )* }
-        { $( $test:ident = $predicate:ident; )* }
-        $fmadd:ident $fmsub:ident $reduce_min:ident $reduce_max:ident
+        $floats:ident($raw:ty), $mask:ident($raw_mask:ty), $lanes:literal,
+        $store:ident, $splat:ident, $blend:ident, $and:ident, $xor:ident, $andnot:ident,
+        $operations:tt $tests:tt $mask_operations:tt
+        $movemask:ident $fmadd:ident $fmsub:ident $reduce_min:ident $reduce_max:ident
     ) => {
         #[derive(Clone, Copy)]
         pub struct $floats(pub(super) $raw);
 
         #[derive(Clone, Copy)]
-        pub struct $mask(pub(super) $raw);
+        pub struct $mask(pub(super) $raw_mask);
 
         impl Floats for $floats {
             type Mask = $mask;
-            type Array = $array;
+            type Array = [f32; $lanes];
+
+            operations! { $mask $operations $tests }
 
             #[inline(always)]
-            fn to_array(self) -> $array {
-                let mut a = [0.0; size_of::<$raw>() / 4];
+            fn to_array(self) -> [f32; $lanes] {
+                let mut a = [0.0; $lanes];
                 // SAFETY: the value came from a level's token, and the array is as long as the vector.
                 unsafe { $store(a.as_mut_ptr(), self.0) };
                 a
             }
-            $(
-                #[inline(always)]
-                fn $op(self, b: Self) -> Self {
-                    // SAFETY: the values came from a level's token.
-                    Self(unsafe { $intrinsic(self.0, b.0) })
-                }
-            )*
-            $(
-                #[inline(always)]
-                fn $test(self, b: Self) -> $mask {
-                    // SAFETY: the values came from a level's token.
-                    $mask(unsafe { $cmp::<$predicate>(self.0, b.0) })
-                }
-            )*
             #[inline(always)]
             fn fill(self, x: f32) -> Self {
                 // SAFETY: the value came from a level's token.
@@ -108,18 +96,10 @@ macro_rules! floats {
         }
 
         impl Mask for $mask {
-            const LANES: u32 = size_of::<$raw>() as u32 / 4;
+            const LANES: u32 = $lanes;
 
-            #[inline(always)]
-            fn and(self, b: Self) -> Self {
-                // SAFETY: the values came from a level's token.
-                Self(unsafe { $and(self.0, b.0) })
-            }
-            #[inline(always)]
-            fn or(self, b: Self) -> Self {
-                // SAFETY: the values came from a level's token.
-                Self(unsafe { $or(self.0, b.0) })
-            }
+            operations! { $mask $mask_operations {} }
+
             #[inline(always)]
             fn bits(self) -> u32 {
                 // SAFETY: the value came from a level's token.
@@ -128,24 +108,33 @@ macro_rules! floats {
         }
     };
 }
+pub(super) use floats;
 
 floats! {
-    F4(__m128), M4, [f32; 4], _mm_movemask_ps, _mm_blendv_ps, _mm_storeu_ps,
-    _mm_and_ps, _mm_or_ps, _mm_xor_ps, _mm_andnot_ps, _mm_set1_ps, _mm_cmp_ps,
+    F4(__m128), M4(__m128), 4,
+    _mm_storeu_ps, _mm_set1_ps, _mm_blendv_ps, _mm_and_ps, _mm_xor_ps, _mm_andnot_ps,
     { add = _mm_add_ps; sub = _mm_sub_ps; mul = _mm_mul_ps; div = _mm_div_ps; min = _mm_min_ps; max = _mm_max_ps; }
-    { le = _CMP_LE_OQ; lt = _CMP_LT_OQ; eq = _CMP_EQ_OQ; ne = _CMP_NEQ_OQ; }
-    _mm_fmadd_ps _mm_fmsub_ps lowest4 highest4
+    {
+        le = _mm_cmp_ps::<_CMP_LE_OQ>; lt = _mm_cmp_ps::<_CMP_LT_OQ>;
+        eq = _mm_cmp_ps::<_CMP_EQ_OQ>; ne = _mm_cmp_ps::<_CMP_NEQ_OQ>;
+    }
+    { and = _mm_and_ps; or = _mm_or_ps; }
+    _mm_movemask_ps _mm_fmadd_ps _mm_fmsub_ps lowest4 highest4
 }
 
 floats! {
-    F8(__m256), M8, [f32; 8], _mm256_movemask_ps, _mm256_blendv_ps, _mm256_storeu_ps,
-    _mm256_and_ps, _mm256_or_ps, _mm256_xor_ps, _mm256_andnot_ps, _mm256_set1_ps, _mm256_cmp_ps,
+    F8(__m256), M8(__m256), 8,
+    _mm256_storeu_ps, _mm256_set1_ps, _mm256_blendv_ps, _mm256_and_ps, _mm256_xor_ps, _mm256_andnot_ps,
     {
         add = _mm256_add_ps; sub = _mm256_sub_ps; mul = _mm256_mul_ps; div = _mm256_div_ps;
         min = _mm256_min_ps; max = _mm256_max_ps;
     }
-    { le = _CMP_LE_OQ; lt = _CMP_LT_OQ; eq = _CMP_EQ_OQ; ne = _CMP_NEQ_OQ; }
-    _mm256_fmadd_ps _mm256_fmsub_ps lowest8 highest8
+    {
+        le = _mm256_cmp_ps::<_CMP_LE_OQ>; lt = _mm256_cmp_ps::<_CMP_LT_OQ>;
+        eq = _mm256_cmp_ps::<_CMP_EQ_OQ>; ne = _mm256_cmp_ps::<_CMP_NEQ_OQ>;
+    }
+    { and = _mm256_and_ps; or = _mm256_or_ps; }
+    _mm256_movemask_ps _mm256_fmadd_ps _mm256_fmsub_ps lowest8 highest8
 }
 
 /// Declares a horizontal minimum or maximum.
@@ -198,12 +187,9 @@ fn opaque(mut v: __m256) -> __m256 {
 #[derive(Clone, Copy)]
 pub struct Order(__m256i);
 
-impl SimdLevel for Avx2 {
-    const SIXTEEN: bool = false;
-
+impl<const SIXTEEN: bool> EightLanes for Avx<SIXTEEN> {
     type F4 = F4;
     type F8 = F8;
-    type F16 = Pair<F8>;
     type Order = Order;
 
     #[inline(always)]
@@ -215,10 +201,6 @@ impl SimdLevel for Avx2 {
     fn splat8(self, x: f32) -> F8 {
         // SAFETY: the token proves that the processor has AVX2.
         F8(unsafe { _mm256_set1_ps(x) })
-    }
-    #[inline(always)]
-    fn splat16(self, x: f32) -> Pair<F8> {
-        Pair(self.splat8(x), self.splat8(x))
     }
     #[inline(always)]
     fn four8(self, x: &[f32; 4]) -> [F8; 4] {
@@ -235,15 +217,6 @@ impl SimdLevel for Avx2 {
     fn load8(self, x: &[f32; 8]) -> F8 {
         // SAFETY: the token proves that the processor has AVX2; the array is as long as the vector.
         F8(unsafe { _mm256_loadu_ps(x.as_ptr()) })
-    }
-    #[inline(always)]
-    fn load16(self, x: &[f32; 16]) -> Pair<F8> {
-        // SAFETY: the token proves that the processor has AVX2; the array is as long as two
-        // vectors.
-        Pair(
-            F8(unsafe { _mm256_loadu_ps(x.as_ptr()) }),
-            F8(unsafe { _mm256_loadu_ps(x[8..].as_ptr()) }),
-        )
     }
     #[inline(always)]
     fn transpose(self, rows: [F8; 8]) -> [F8; 8] {
@@ -284,10 +257,6 @@ impl SimdLevel for Avx2 {
         F4(unsafe { _mm_permutevar_ps(v.0, _mm_loadu_si128(lanes)) })
     }
     #[inline(always)]
-    fn join(self, first: F8, second: F8) -> Pair<F8> {
-        Pair(first, second)
-    }
-    #[inline(always)]
     fn join4(self, first: F4, second: F4) -> F8 {
         // SAFETY: the token proves that the processor has AVX2.
         F8(unsafe { _mm256_set_m128(second.0, first.0) })
@@ -305,19 +274,6 @@ impl SimdLevel for Avx2 {
         }
     }
     #[inline(always)]
-    fn mask16(self, bits: u32) -> Pair<M8> {
-        let half = |bits: u32| {
-            // SAFETY: the token proves that the processor has AVX2.
-            unsafe {
-                let lanes = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
-                let set = _mm256_and_si256(_mm256_set1_epi32(bits as i32), lanes);
-                M8(_mm256_castsi256_ps(_mm256_cmpeq_epi32(set, lanes)))
-            }
-        };
-        Pair(half(bits & 0xff), half(bits >> 8))
-    }
-
-    #[inline(always)]
     fn order(self, order: &[u32; 8], shift: &[u32; 4]) -> Order {
         // SAFETY: the token proves that the processor has AVX2; the arrays are as long as the
         // vectors.
@@ -325,12 +281,6 @@ impl SimdLevel for Avx2 {
             let order = _mm256_loadu_si256(order.as_ptr().cast());
             _mm256_srl_epi32(order, _mm_loadu_si128(shift.as_ptr().cast()))
         })
-    }
-
-    #[inline(always)]
-    fn met(self, enter: F8, leave: F8) -> Eight {
-        // SAFETY: the mask has eight lanes.
-        unsafe { Eight::new(enter.le(leave).bits()) }
     }
 
     #[inline(always)]
@@ -368,37 +318,34 @@ impl SimdLevel for Avx2 {
     }
 
     #[inline(always)]
-    fn flags<const N: usize>(self, words: &[u32; N]) -> [u64; 2] {
-        let mut bits = [0; 2];
-        for (i, eight) in words.as_chunks::<8>().0.iter().enumerate() {
-            // SAFETY: the token proves that the processor has AVX2; the array is as long as the
-            // vector.
-            let [first, second] = unsafe {
-                let eight = _mm256_loadu_si256(eight.as_ptr().cast());
-                let [first, second] = [_mm256_slli_epi32::<31>(eight), _mm256_slli_epi32::<30>(eight)];
-                [
-                    _mm256_movemask_ps(_mm256_castsi256_ps(first)) as u64,
-                    _mm256_movemask_ps(_mm256_castsi256_ps(second)) as u64,
-                ]
-            };
-            bits[0] |= first << (8 * i);
-            bits[1] |= second << (8 * i);
+    fn flags8(self, words: &[u32; 8]) -> [u64; 2] {
+        // SAFETY: the token proves that the processor has AVX2; the array is as long as the vector.
+        unsafe {
+            let words = _mm256_loadu_si256(words.as_ptr().cast());
+            let first = _mm256_castsi256_ps(_mm256_slli_epi32::<31>(words));
+            let second = _mm256_castsi256_ps(_mm256_slli_epi32::<30>(words));
+            [_mm256_movemask_ps(first) as u64, _mm256_movemask_ps(second) as u64]
         }
-        bits
     }
+}
 
-    #[expect(clippy::pointers_in_nomem_asm_block, reason = "nothing looks at what is there")]
-    #[inline(always)]
-    fn launder<T>(self, mut p: *mut T) -> *mut T {
-        // SAFETY: the assembly contains no instruction.
-        unsafe { asm!("/* {0} */", inout(reg) p, options(pure, nomem, nostack, preserves_flags)) };
-        p
-    }
+impl SimdLevel for Avx2 {
+    type F16 = Pair<F8>;
 
     #[inline(always)]
-    fn prefetch<const LINES: usize>(self, p: *const u8) {
-        for line in 0..LINES {
-            prefetch_line(p.wrapping_add(64 * line));
-        }
+    fn join(self, first: F8, second: F8) -> Pair<F8> {
+        Pair(first, second)
+    }
+    #[inline(always)]
+    fn mask16(self, bits: u32) -> Pair<M8> {
+        let half = |bits: u32| {
+            // SAFETY: the token proves that the processor has AVX2.
+            unsafe {
+                let lanes = _mm256_setr_epi32(1, 2, 4, 8, 16, 32, 64, 128);
+                let set = _mm256_and_si256(_mm256_set1_epi32(bits as i32), lanes);
+                M8(_mm256_castsi256_ps(_mm256_cmpeq_epi32(set, lanes)))
+            }
+        };
+        Pair(half(bits & 0xff), half(bits >> 8))
     }
 }

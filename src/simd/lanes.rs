@@ -4,6 +4,10 @@
 //! that enables the level's instructions. A level's type is a token that proves that the processor
 //! has the instructions, so the operations themselves are safe.
 
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+use std::arch::asm;
+
+use super::prefetch::prefetch_line;
 use crate::math::Dispatch;
 
 /// A vector of floats.
@@ -82,44 +86,49 @@ pub struct Top<'a> {
     pub child: &'a mut [u32; 8],
 }
 
-/// The operations of a SIMD level.
-pub trait SimdLevel: Dispatch {
-    /// Whether sixteen floats fit into one vector.
-    const SIXTEEN: bool;
-
+/// The operations of a SIMD level on four and on eight floats.
+pub trait EightLanes: Copy {
     type F4: Floats<Array = [f32; 4]>;
     type F8: Floats<Array = [f32; 8]>;
-    type F16: Floats<Array = [f32; 16]>;
     /// The order of a node's children: the child at each place.
     type Order: Copy;
 
     fn splat4(self, x: f32) -> Self::F4;
-    fn splat8(self, x: f32) -> Self::F8;
-    fn splat16(self, x: f32) -> Self::F16;
+    #[inline(always)]
+    fn splat8(self, x: f32) -> Self::F8 {
+        self.join4(self.splat4(x), self.splat4(x))
+    }
     /// Broadcasts each element to all lanes of a vector.
-    fn four8(self, x: &[f32; 4]) -> [Self::F8; 4];
+    #[inline(always)]
+    fn four8(self, x: &[f32; 4]) -> [Self::F8; 4] {
+        x.map(|x| self.splat8(x))
+    }
     fn load4(self, x: &[f32; 4]) -> Self::F4;
-    fn load8(self, x: &[f32; 8]) -> Self::F8;
-    fn load16(self, x: &[f32; 16]) -> Self::F16;
+    #[inline(always)]
+    fn load8(self, x: &[f32; 8]) -> Self::F8 {
+        let (halves, _) = x.as_chunks::<4>();
+        self.join4(self.load4(&halves[0]), self.load4(&halves[1]))
+    }
     /// Transposes an 8 x 8 matrix.
     fn transpose(self, rows: [Self::F8; 8]) -> [Self::F8; 8];
     /// Rotates the first three lanes so that lane `last - 1` comes last. Zero keeps the order.
     fn rotate4(self, v: Self::F4, last: usize) -> Self::F4;
-    fn join(self, first: Self::F8, second: Self::F8) -> Self::F16;
     fn join4(self, first: Self::F4, second: Self::F4) -> Self::F8;
     /// Broadcasts element `k` of each half to all lanes of that half, for `k` from 0 to 3.
     fn quads(self, v: Self::F8) -> [Self::F8; 4];
-    /// Returns the mask with the lanes whose bits are set.
-    fn mask16(self, bits: u32) -> <Self::F16 as Floats>::Mask;
 
     /// Returns a node's `order` from bit `shift` on. The first two elements of `shift` are one
     /// 64-bit number.
     fn order(self, order: &[u32; 8], shift: &[u32; 4]) -> Self::Order;
 
     /// Returns the lanes in which `enter` is at most `leave`.
-    fn met(self, enter: Self::F8, leave: Self::F8) -> Eight;
+    #[inline(always)]
+    fn met(self, enter: Self::F8, leave: Self::F8) -> Eight {
+        // SAFETY: the mask has eight lanes.
+        unsafe { Eight::new(enter.le(leave).bits()) }
+    }
 
-    /// Returns the lanes in which `enter` is at most `leave`, in the form that [`SimdLevel::push`]
+    /// Returns the lanes in which `enter` is at most `leave`, in the form that [`EightLanes::push`]
     /// expects: as lanes or as places in the order.
     fn met_in(self, order: Self::Order, enter: Self::F8, leave: Self::F8) -> Eight;
 
@@ -131,14 +140,94 @@ pub trait SimdLevel: Dispatch {
     /// of children.
     fn push_any(self, lanes: Eight, child: &[u32; 8], to: &mut [u32; 8]) -> u32;
 
-    /// Returns two sets: the words whose lowest bit is set, and those whose second lowest bit is
-    /// set. `N` is a multiple of sixteen and at most 64.
-    fn flags<const N: usize>(self, words: &[u32; N]) -> [u64; 2];
+    /// Returns [`SimdLevel::flags`] of eight words.
+    fn flags8(self, words: &[u32; 8]) -> [u64; 2];
 
     /// Returns the same address in a register of its own. The compiler would recompute it at every
     /// use otherwise, for which there are too few registers.
-    fn launder<T>(self, p: *mut T) -> *mut T;
+    #[cfg_attr(
+        any(target_arch = "x86_64", target_arch = "aarch64"),
+        expect(clippy::pointers_in_nomem_asm_block, reason = "nothing looks at what is there")
+    )]
+    #[inline(always)]
+    fn launder<T>(self, p: *mut T) -> *mut T {
+        // Miri runs no assembly.
+        if cfg!(miri) {
+            return p;
+        }
+        #[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+        let p = {
+            let same;
+            // SAFETY: the assembly contains no instruction.
+            unsafe { asm!("/* {0} */", inout(reg) p => same, options(pure, nomem, nostack, preserves_flags)) };
+            same
+        };
+        p
+    }
 
-    /// Prefetches `LINES` cache lines of 64 bytes from `p` on.
-    fn prefetch<const LINES: usize>(self, p: *const u8);
+    /// Prefetches `LINES` cache lines of 64 bytes from `p` on, on processors that have an instruction for it.
+    #[inline(always)]
+    fn prefetch<const LINES: usize>(self, p: *const u8) {
+        for line in 0..LINES {
+            prefetch_line(p.wrapping_add(64 * line));
+        }
+    }
 }
+
+/// The operations of a SIMD level.
+pub trait SimdLevel: EightLanes + Dispatch {
+    /// Whether sixteen floats fit into one vector.
+    const SIXTEEN: bool = false;
+
+    type F16: Floats<Array = [f32; 16]>;
+
+    #[inline(always)]
+    fn splat16(self, x: f32) -> Self::F16 {
+        self.join(self.splat8(x), self.splat8(x))
+    }
+    #[inline(always)]
+    fn load16(self, x: &[f32; 16]) -> Self::F16 {
+        let (halves, _) = x.as_chunks::<8>();
+        self.join(self.load8(&halves[0]), self.load8(&halves[1]))
+    }
+    fn join(self, first: Self::F8, second: Self::F8) -> Self::F16;
+    /// Returns the mask with the lanes whose bits are set.
+    fn mask16(self, bits: u32) -> <Self::F16 as Floats>::Mask;
+
+    /// Returns two sets: the words whose lowest bit is set, and those whose second lowest bit is
+    /// set. `N` is a multiple of sixteen and at most 64.
+    #[inline(always)]
+    fn flags<const N: usize>(self, words: &[u32; N]) -> [u64; 2] {
+        let mut bits = [0; 2];
+        for (i, eight) in words.as_chunks::<8>().0.iter().enumerate() {
+            let [first, second] = self.flags8(eight);
+            bits[0] |= first << (8 * i);
+            bits[1] |= second << (8 * i);
+        }
+        bits
+    }
+}
+
+/// Implements operations on two vectors that are one intrinsic each: those that return a vector,
+/// and those that return a mask of this type.
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+macro_rules! operations {
+    ($mask:ident { $( $op:ident = $intrinsic:path; )* } { $( $test:ident = $predicate:path; )* }) => {
+        $(
+            #[inline(always)]
+            fn $op(self, b: Self) -> Self {
+                // SAFETY: the values came from a level's token.
+                Self(unsafe { $intrinsic(self.0, b.0) })
+            }
+        )*
+        $(
+            #[inline(always)]
+            fn $test(self, b: Self) -> $mask {
+                // SAFETY: the values came from a level's token.
+                $mask(unsafe { $predicate(self.0, b.0) })
+            }
+        )*
+    };
+}
+#[cfg(any(target_arch = "x86_64", target_arch = "aarch64"))]
+pub(super) use operations;

@@ -1,12 +1,11 @@
 //! The SIMD level of 64-bit ARM processors: vectors of four floats. Eight and sixteen floats are two and four vectors.
 
-use std::arch::{aarch64::*, asm};
+use std::arch::aarch64::*;
 
 use super::{
     compact_table::COMPACT_LANES,
-    lanes::{Eight, Floats, Mask, SimdLevel, Top},
+    lanes::{Eight, EightLanes, Floats, Mask, SimdLevel, Top, operations},
     pair::Pair,
-    prefetch::prefetch_line,
 };
 
 /// A token that requires no proof: every 64-bit ARM processor has NEON.
@@ -27,31 +26,12 @@ pub struct Order(uint8x8_t);
 type F8 = Pair<F4>;
 type F16 = Pair<F8>;
 
-/// Declares operations of one instruction.
-macro_rules! instructions {
-    ({ $( $op:ident = $intrinsic:ident; )* } { $( $test:ident = $predicate:ident; )* }) => {
-        $(
-            #[inline(always)]
-            fn $op(self, b: Self) -> Self {
-                // SAFETY: every processor of this architecture has NEON.
-                Self(unsafe { $intrinsic(self.0, b.0) })
-            }
-        )*
-        $(
-            #[inline(always)]
-            fn $test(self, b: Self) -> M4 {
-                // SAFETY: every processor of this architecture has NEON.
-                M4(unsafe { $predicate(self.0, b.0) })
-            }
-        )*
-    };
-}
-
 impl Floats for F4 {
     type Mask = M4;
     type Array = [f32; 4];
 
-    instructions! {
+    operations! {
+        M4
         { add = vaddq_f32; sub = vsubq_f32; mul = vmulq_f32; div = vdivq_f32; }
         { le = vcleq_f32; lt = vcltq_f32; eq = vceqq_f32; }
     }
@@ -124,16 +104,8 @@ impl Floats for F4 {
 impl Mask for M4 {
     const LANES: u32 = 4;
 
-    #[inline(always)]
-    fn and(self, b: Self) -> Self {
-        // SAFETY: every processor of this architecture has NEON.
-        Self(unsafe { vandq_u32(self.0, b.0) })
-    }
-    #[inline(always)]
-    fn or(self, b: Self) -> Self {
-        // SAFETY: every processor of this architecture has NEON.
-        Self(unsafe { vorrq_u32(self.0, b.0) })
-    }
+    operations! { M4 { and = vandq_u32; or = vorrq_u32; } {} }
+
     #[inline(always)]
     fn bits(self) -> u32 {
         // SAFETY: every processor of this architecture has NEON.
@@ -236,12 +208,9 @@ fn transpose4([a, b, c, d]: [F4; 4]) -> [F4; 4] {
     }
 }
 
-impl SimdLevel for Neon {
-    const SIXTEEN: bool = false;
-
+impl EightLanes for Neon {
     type F4 = F4;
     type F8 = F8;
-    type F16 = F16;
     type Order = Order;
 
     #[inline(always)]
@@ -250,31 +219,9 @@ impl SimdLevel for Neon {
         F4(unsafe { vdupq_n_f32(x) })
     }
     #[inline(always)]
-    fn splat8(self, x: f32) -> F8 {
-        Pair(self.splat4(x), self.splat4(x))
-    }
-    #[inline(always)]
-    fn splat16(self, x: f32) -> F16 {
-        Pair(self.splat8(x), self.splat8(x))
-    }
-    #[inline(always)]
-    fn four8(self, x: &[f32; 4]) -> [F8; 4] {
-        x.map(|x| self.splat8(x))
-    }
-    #[inline(always)]
     fn load4(self, x: &[f32; 4]) -> F4 {
         // SAFETY: every processor of this architecture has NEON; the array is as long as the vector.
         F4(unsafe { vld1q_f32(x.as_ptr()) })
-    }
-    #[inline(always)]
-    fn load8(self, x: &[f32; 8]) -> F8 {
-        let (halves, _) = x.as_chunks::<4>();
-        Pair(self.load4(&halves[0]), self.load4(&halves[1]))
-    }
-    #[inline(always)]
-    fn load16(self, x: &[f32; 16]) -> F16 {
-        let (halves, _) = x.as_chunks::<8>();
-        Pair(self.load8(&halves[0]), self.load8(&halves[1]))
     }
     #[inline(always)]
     fn transpose(self, rows: [F8; 8]) -> [F8; 8] {
@@ -306,10 +253,6 @@ impl SimdLevel for Neon {
         })
     }
     #[inline(always)]
-    fn join(self, first: F8, second: F8) -> F16 {
-        Pair(first, second)
-    }
-    #[inline(always)]
     fn join4(self, first: F4, second: F4) -> F8 {
         Pair(first, second)
     }
@@ -327,18 +270,6 @@ impl SimdLevel for Neon {
         }
     }
     #[inline(always)]
-    fn mask16(self, bits: u32) -> <F16 as Floats>::Mask {
-        let four = |bits: u32| {
-            // SAFETY: every processor of this architecture has NEON.
-            M4(unsafe { vtstq_u32(vdupq_n_u32(bits), vld1q_u32([1, 2, 4, 8].as_ptr())) })
-        };
-        Pair(
-            Pair(four(bits), four(bits >> 4)),
-            Pair(four(bits >> 8), four(bits >> 12)),
-        )
-    }
-
-    #[inline(always)]
     fn order(self, order: &[u32; 8], shift: &[u32; 4]) -> Order {
         // SAFETY: every processor of this architecture has NEON; the array is as long as two vectors.
         Order(unsafe {
@@ -346,12 +277,6 @@ impl SimdLevel for Neon {
             let [a, b] = bytes_of(order).map(|four| vshlq_u32(vreinterpretq_u32_u8(four), right));
             vand_u8(narrow(a, b), vdup_n_u8(7))
         })
-    }
-
-    #[inline(always)]
-    fn met(self, enter: F8, leave: F8) -> Eight {
-        // SAFETY: the mask has eight lanes.
-        unsafe { Eight::new(enter.le(leave).bits()) }
     }
 
     #[inline(always)]
@@ -381,34 +306,32 @@ impl SimdLevel for Neon {
     }
 
     #[inline(always)]
-    fn flags<const N: usize>(self, words: &[u32; N]) -> [u64; 2] {
-        let mut bits = [0; 2];
-        for (i, eight) in words.as_chunks::<8>().0.iter().enumerate() {
+    fn flags8(self, words: &[u32; 8]) -> [u64; 2] {
+        // SAFETY: every processor of this architecture has NEON.
+        unsafe {
+            let [a, b] = bytes_of(words).map(|four| vreinterpretq_u32_u8(four));
+            let low = narrow(a, b);
+            [1, 2].map(|flag| u64::from(bits_of_bytes(vtst_u8(low, vdup_n_u8(flag)))))
+        }
+    }
+}
+
+impl SimdLevel for Neon {
+    type F16 = F16;
+
+    #[inline(always)]
+    fn join(self, first: F8, second: F8) -> F16 {
+        Pair(first, second)
+    }
+    #[inline(always)]
+    fn mask16(self, bits: u32) -> <F16 as Floats>::Mask {
+        let four = |bits: u32| {
             // SAFETY: every processor of this architecture has NEON.
-            unsafe {
-                let [a, b] = bytes_of(eight).map(|four| vreinterpretq_u32_u8(four));
-                let low = narrow(a, b);
-                for (flag, bits) in bits.iter_mut().enumerate() {
-                    let set = vtst_u8(low, vdup_n_u8(1 << flag));
-                    *bits |= u64::from(bits_of_bytes(set)) << (8 * i);
-                }
-            }
-        }
-        bits
-    }
-
-    #[expect(clippy::pointers_in_nomem_asm_block, reason = "nothing looks at what is there")]
-    #[inline(always)]
-    fn launder<T>(self, mut p: *mut T) -> *mut T {
-        // SAFETY: the assembly contains no instruction.
-        unsafe { asm!("/* {0} */", inout(reg) p, options(pure, nomem, nostack, preserves_flags)) };
-        p
-    }
-
-    #[inline(always)]
-    fn prefetch<const LINES: usize>(self, p: *const u8) {
-        for line in 0..LINES {
-            prefetch_line(p.wrapping_add(64 * line));
-        }
+            M4(unsafe { vtstq_u32(vdupq_n_u32(bits), vld1q_u32([1, 2, 4, 8].as_ptr())) })
+        };
+        Pair(
+            Pair(four(bits), four(bits >> 4)),
+            Pair(four(bits >> 8), four(bits >> 12)),
+        )
     }
 }

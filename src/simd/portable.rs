@@ -4,7 +4,7 @@
 use std::cmp::Ordering;
 
 use super::{
-    lanes::{Eight, Floats, Mask, SimdLevel, Top},
+    lanes::{Eight, EightLanes, Floats, Mask, SimdLevel, Top},
     pair::Pair,
 };
 
@@ -129,12 +129,9 @@ impl<const N: usize> Mask for Bits<N> {
     }
 }
 
-impl SimdLevel for Portable {
-    const SIXTEEN: bool = false;
-
+impl EightLanes for Portable {
     type F4 = Array<4>;
     type F8 = Pair<Array<4>>;
-    type F16 = Array<16>;
     type Order = [u32; 8];
 
     #[inline(always)]
@@ -142,33 +139,7 @@ impl SimdLevel for Portable {
         Array([x; 4])
     }
     #[inline(always)]
-    fn splat8(self, x: f32) -> Pair<Array<4>> {
-        Pair(self.splat4(x), self.splat4(x))
-    }
-    #[inline(always)]
-    fn splat16(self, x: f32) -> Array<16> {
-        Array([x; 16])
-    }
-    #[inline(always)]
-    fn four8(self, x: &[f32; 4]) -> [Pair<Array<4>>; 4] {
-        [
-            self.splat8(x[0]),
-            self.splat8(x[1]),
-            self.splat8(x[2]),
-            self.splat8(x[3]),
-        ]
-    }
-    #[inline(always)]
     fn load4(self, x: &[f32; 4]) -> Array<4> {
-        Array(*x)
-    }
-    #[inline(always)]
-    fn load8(self, x: &[f32; 8]) -> Pair<Array<4>> {
-        let [a, b, c, d, e, f, g, h] = *x;
-        Pair(Array([a, b, c, d]), Array([e, f, g, h]))
-    }
-    #[inline(always)]
-    fn load16(self, x: &[f32; 16]) -> Array<16> {
         Array(*x)
     }
     #[inline(always)]
@@ -186,10 +157,6 @@ impl SimdLevel for Portable {
         })
     }
     #[inline(always)]
-    fn join(self, first: Pair<Array<4>>, second: Pair<Array<4>>) -> Array<16> {
-        Array(Pair(first, second).to_array())
-    }
-    #[inline(always)]
     fn join4(self, first: Array<4>, second: Array<4>) -> Pair<Array<4>> {
         Pair(first, second)
     }
@@ -200,19 +167,8 @@ impl SimdLevel for Portable {
         [quad(0), quad(1), quad(2), quad(3)]
     }
     #[inline(always)]
-    fn mask16(self, bits: u32) -> Bits<16> {
-        Bits(std::array::from_fn(|i| bits >> i & 1 == 1))
-    }
-
-    #[inline(always)]
     fn order(self, order: &[u32; 8], shift: &[u32; 4]) -> [u32; 8] {
         order.map(|place| place >> shift[0])
-    }
-
-    #[inline(always)]
-    fn met(self, enter: Pair<Array<4>>, leave: Pair<Array<4>>) -> Eight {
-        // SAFETY: the mask has eight lanes.
-        unsafe { Eight::new(enter.le(leave).bits()) }
     }
 
     #[inline(always)]
@@ -243,7 +199,7 @@ impl SimdLevel for Portable {
     }
 
     #[inline(always)]
-    fn flags<const N: usize>(self, words: &[u32; N]) -> [u64; 2] {
+    fn flags8(self, words: &[u32; 8]) -> [u64; 2] {
         let mut bits = [0; 2];
         for (i, word) in words.iter().enumerate() {
             bits[0] |= u64::from(word & 1) << i;
@@ -251,13 +207,25 @@ impl SimdLevel for Portable {
         }
         bits
     }
+}
+
+impl SimdLevel for Portable {
+    type F16 = Array<16>;
 
     #[inline(always)]
-    fn launder<T>(self, p: *mut T) -> *mut T {
-        p
+    fn splat16(self, x: f32) -> Array<16> {
+        Array([x; 16])
     }
-
-    /// Does nothing: there is no prefetch instruction that every processor has.
     #[inline(always)]
-    fn prefetch<const LINES: usize>(self, _p: *const u8) {}
+    fn load16(self, x: &[f32; 16]) -> Array<16> {
+        Array(*x)
+    }
+    #[inline(always)]
+    fn join(self, first: Pair<Array<4>>, second: Pair<Array<4>>) -> Array<16> {
+        Array(Pair(first, second).to_array())
+    }
+    #[inline(always)]
+    fn mask16(self, bits: u32) -> Bits<16> {
+        Bits(std::array::from_fn(|i| bits >> i & 1 == 1))
+    }
 }

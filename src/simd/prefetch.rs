@@ -13,6 +13,10 @@ pub fn prefetch<T>(slice: &[T], i: usize) {
 /// Prefetches the cache line at `p`, on processors that have an instruction for it.
 #[inline(always)]
 pub fn prefetch_line(p: *const u8) {
+    // Miri knows no prefetches.
+    if cfg!(miri) {
+        return;
+    }
     #[cfg(target_arch = "x86_64")]
     {
         use std::arch::x86_64::{_MM_HINT_T0, _mm_prefetch};

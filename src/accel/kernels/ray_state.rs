@@ -258,7 +258,7 @@ impl RayState {
         usize::from(unsafe { ptr::read_volatile(&self.axes[k]) })
     }
 
-    /// Returns the argument of [`SimdLevel::rotate4`] that permutes world axes to the slot's order.
+    /// Returns the argument of [`rotate4`](crate::simd::lanes::EightLanes::rotate4) that permutes world axes to the slot's order.
     #[inline(always)]
     pub fn last(&self) -> usize {
         self.place(0) / size_of::<CornerRow>()
@@ -268,7 +268,11 @@ impl RayState {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::{math::Vec3, shape::triangle::Shear, simd::portable::Portable};
+    use crate::{
+        math::Vec3,
+        shape::triangle::Shear,
+        simd::{lanes::EightLanes, portable::Portable},
+    };
 
     #[test]
     fn lines_are_sheared_as_by_the_scalar_routine_whatever_axes_tie() {
