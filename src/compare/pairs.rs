@@ -6,7 +6,7 @@ use std::{
     path::{Path, PathBuf},
 };
 
-use crate::assets::image;
+use crate::{assets::image, render::SampleRanges};
 
 /// The pictures of two folders: their paths below the folder, in order.
 #[derive(Debug, Default)]
@@ -20,15 +20,30 @@ pub struct Pairs {
 }
 
 impl Pairs {
-    /// Lists the pictures in two folders and the folders in them. Files whose names begin with a dot are left out.
+    /// Lists the pictures in two folders and the folders in them. Files whose names begin with a dot are left out, and so are those of
+    /// ranges of samples that only one of the two has: they are parts of a picture.
     pub fn of(reference: &Path, test: &Path) -> io::Result<Self> {
         let [reference, test] = [pictures(reference)?, pictures(test)?];
+        let only = |one: &BTreeSet<PathBuf>, other| {
+            one.difference(other)
+                .filter(|path| !is_of_range(path))
+                .cloned()
+                .collect()
+        };
         Ok(Self {
             both: reference.intersection(&test).cloned().collect(),
-            missing: reference.difference(&test).cloned().collect(),
-            added: test.difference(&reference).cloned().collect(),
+            missing: only(&reference, &test),
+            added: only(&test, &reference),
         })
     }
+}
+
+/// Whether a picture is in the folder of a range of samples.
+fn is_of_range(path: &Path) -> bool {
+    let folder = path.parent().and_then(Path::file_name);
+    folder
+        .and_then(|name| name.to_str())
+        .is_some_and(SampleRanges::is_folder)
 }
 
 fn pictures(root: &Path) -> io::Result<BTreeSet<PathBuf>> {

@@ -30,6 +30,18 @@ impl SampleRanges {
         start(index)..start(index + 1)
     }
 
+    /// The folder of the files of a range, inside that of the whole frames; `None` for all ranges.
+    pub fn folder(&self) -> Option<String> {
+        Some(format!("samples-{}-of-{}", self.only? + 1, self.count))
+    }
+
+    /// Whether a folder has the name of that of a range.
+    pub fn is_folder(name: &str) -> bool {
+        let numbers = name.strip_prefix("samples-").and_then(|rest| rest.split_once("-of-"));
+        let ranges = numbers.and_then(|(only, count)| format!("{only}/{count}").parse::<Self>().ok());
+        ranges.and_then(|ranges| ranges.folder()).as_deref() == Some(name)
+    }
+
     /// The numbers of the ranges that are rendered.
     pub fn indices(&self) -> Range<u32> {
         self.only.map_or(0..self.count, |index| index..index + 1)
@@ -86,6 +98,17 @@ mod tests {
             ["2/4", "all/4"].map(|text| text.parse::<SampleRanges>().unwrap().to_string()),
             ["2/4", "all/4"]
         );
+        assert_eq!(second.folder().as_deref(), Some("samples-2-of-4"));
+        assert!(SampleRanges::is_folder("samples-2-of-4"));
+        for wrong in [
+            "samples-all-of-4",
+            "samples-5-of-4",
+            "samples-02-of-4",
+            "samples-2-of-4.exr",
+            "samples",
+        ] {
+            assert!(!SampleRanges::is_folder(wrong), "{wrong}");
+        }
         for wrong in ["", "0/4", "5/4", "1/0", "all", "a/b", "-1/4"] {
             assert!(wrong.parse::<SampleRanges>().is_err(), "{wrong}");
         }

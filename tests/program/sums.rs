@@ -190,6 +190,40 @@ fn a_range_is_the_picture_of_its_own_samples_and_the_sum_that_of_all() {
 }
 
 #[test]
+fn ranges_beside_a_picture_are_no_pictures_of_its_folder_to_compare() {
+    let folder = Folder::new();
+    let scene = repo_str("scenes/passes/scene.toml");
+    let job = |out: &str, range: &str| {
+        let job = [
+            "--samples",
+            "4",
+            "--resolution",
+            "16x9",
+            "-q",
+            "-o",
+            out,
+            "--sample-range",
+            range,
+        ];
+        folder.succeed(&[&[&*scene], &job[..]].concat());
+    };
+    job("whole/f.exr", "all/2");
+    for range in ["1/2", "2/2", "all/2"] {
+        job("parts/f.exr", range);
+    }
+    for pair in [["whole", "parts"], ["parts", "whole"]] {
+        let lines = folder.succeed(&[&["compare"], &pair[..]].concat());
+        assert_eq!(lines.lines().count(), 1, "{lines}");
+    }
+    // Ranges that both have are compared.
+    for range in ["1/2", "2/2"] {
+        job("others/f.exr", range);
+    }
+    let lines = folder.succeed(&["compare", "others", "parts/../others"]);
+    assert_eq!(lines.lines().count(), 2, "{lines}");
+}
+
+#[test]
 fn ranges_are_refused_where_they_do_not_add_up() {
     let folder = Folder::new();
     folder.write("s.toml", SMALL_SCENE);

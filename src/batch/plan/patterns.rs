@@ -2,7 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
-use super::{denoise_options, sample_ranges};
+use super::denoise_options;
 use crate::{
     assets::{Files, MemoryBudget, model_formats::is_model},
     batch::{Request, TakenFrames, products::metadata::Sidecar},
@@ -100,7 +100,7 @@ impl Patterns {
             }
             patterns.rendered.push(pattern.with_format(format));
         }
-        if let Some(folder) = request.sample_ranges.and_then(sample_ranges::folder) {
+        if let Some(folder) = request.sample_ranges.and_then(|ranges| ranges.folder()) {
             for pattern in &mut patterns.rendered {
                 let format = pattern.format();
                 *pattern = pattern.in_folder(&folder).map_err(Error::Pattern)?.with_format(format);

@@ -1,12 +1,6 @@
-//! Ranges of samples: what they go with, and where their files lie.
+//! Ranges of samples: what they go with.
 
 use crate::{batch::Request, error::Error, render::SampleRanges};
-
-/// The folder of the files of a range, inside that of the whole frames; `None` for all ranges.
-pub(in crate::batch) fn folder(ranges: SampleRanges) -> Option<String> {
-    let number = ranges.only? + 1;
-    Some(format!("samples-{number}-of-{}", ranges.count))
-}
 
 /// Checks that so many samples can be divided into these ranges.
 pub(super) fn check(ranges: SampleRanges, samples: u32, is_adaptive: bool, request: &Request) -> Result<(), Error> {

@@ -11,7 +11,7 @@ use std::{
 
 use crate::{
     assets::ContentHash,
-    batch::{PlannedFrame, plan::sample_ranges},
+    batch::PlannedFrame,
     output::{OutputError, atomic},
     render::SampleRanges,
     warnings::{WarningKind, Warnings},
@@ -33,7 +33,7 @@ pub(in crate::batch) fn sums_path(frame: &PlannedFrame) -> Option<PathBuf> {
 /// The path of the kept sums of a range of the samples, which a job with this range alone has written.
 pub(in crate::batch) fn range_path(frame: &PlannedFrame, ranges: SampleRanges) -> Option<PathBuf> {
     let whole = sums_path(frame)?;
-    let folder = whole.with_file_name(sample_ranges::folder(ranges)?);
+    let folder = whole.with_file_name(ranges.folder()?);
     Some(folder.join(whole.file_name()?))
 }
 
