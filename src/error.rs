@@ -242,7 +242,7 @@ impl Error {
             | Self::Pose { .. }
             | Self::Columns { .. }
             | Self::Memory { .. } => Blame::Data,
-            Self::Output(error) if error.ends_the_job() => Blame::Io,
+            Self::Output(error) if error.is_of_disk() => Blame::Io,
             Self::Exists { .. } | Self::Output(OutputError::Create { .. }) => Blame::CannotCreate,
             Self::Output(_) | Self::Stdin(_) | Self::Stdout(_) => Blame::Io,
             Self::Threads { .. } | Self::Listen { .. } | Self::Serve { .. } => Blame::System,

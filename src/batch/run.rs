@@ -22,7 +22,7 @@ use crate::{
     error::Error,
     film::Film,
     math::sorting,
-    output::Coverage,
+    output::{Coverage, atomic},
     render::{Control, Counters, Interrupts, Renderer},
     warnings::WarningKind,
 };
@@ -147,6 +147,15 @@ fn render_all<'a>(
             total: plan.frames.len(),
         });
         let start = Instant::now();
+        // A frame that cannot be written is not rendered.
+        let mut files = frame.files.iter();
+        if let Err(error) = files.try_for_each(|file| atomic::check_old(&file.path)) {
+            if error.ends_the_job() || plan.policy.on_failure == OnFailure::FailFast {
+                return Err(error.into());
+            }
+            fail(&mut summary, observer, (frame, error.into()));
+            continue;
+        }
         let eyes = rig.eyes(plan, frame);
         let fingerprint = Fingerprint::of_frame(plan, survey.inputs, frame);
         let interrupts = FrameInterrupts::new(plan, (frame, survey.inputs, &fingerprint.file), coverage, control.show);
@@ -175,12 +184,7 @@ fn render_all<'a>(
             Err(cause) => {
                 renderer = Renderer::new();
                 scenes.recover();
-                let failure = FrameFailure {
-                    frame: frame.number,
-                    cause,
-                };
-                observer.event(&JobEvent::FrameFailed(&failure));
-                summary.failures.push(failure);
+                fail(&mut summary, observer, (frame, cause));
                 match plan.policy.on_failure {
                     OnFailure::KeepGoing => continue,
                     OnFailure::FailFast => break,
@@ -237,6 +241,16 @@ fn render_all<'a>(
         }
     }
     Ok(summary)
+}
+
+/// Counts a frame that failed, and reports it.
+fn fail(summary: &mut Summary, observer: &dyn Observer, (frame, cause): (&PlannedFrame, FrameError)) {
+    let failure = FrameFailure {
+        frame: frame.number,
+        cause,
+    };
+    observer.event(&JobEvent::FrameFailed(&failure));
+    summary.failures.push(failure);
 }
 
 /// Adds the objects of a frame, which does not depend on whether it was rendered now or before.

@@ -5,12 +5,25 @@ use std::{
     path::{Path, PathBuf},
 };
 
+/// What keeps a file from being created.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Obstacle {
+    /// What is at its path.
+    File,
+    /// Its folder, in which no other file can be created either.
+    Folder,
+}
+
 /// Why a file was not written.
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
     /// The file cannot be created.
     #[error("cannot create output: {source}: {}", path.display())]
-    Create { source: io::Error, path: PathBuf },
+    Create {
+        source: io::Error,
+        path: PathBuf,
+        obstacle: Obstacle,
+    },
     /// Writing failed.
     #[error("cannot write output: {source}: {}", path.display())]
     Write { source: io::Error, path: PathBuf },
@@ -20,8 +33,8 @@ pub enum OutputError {
 }
 
 impl OutputError {
-    /// Whether the disk is full or read-only, so that all other frames would fail too.
-    pub fn ends_the_job(&self) -> bool {
+    /// Whether the disk is full or read-only.
+    pub fn is_of_disk(&self) -> bool {
         use io::ErrorKind::{QuotaExceeded, ReadOnlyFilesystem, StorageFull};
         match self {
             Self::Create { source, .. } | Self::Write { source, .. } => {
@@ -29,6 +42,27 @@ impl OutputError {
             }
             Self::Encode { .. } => false,
         }
+    }
+
+    /// Whether all other frames would fail too: of the disk, or of the folder.
+    pub fn ends_the_job(&self) -> bool {
+        let is_of_folder = matches!(
+            self,
+            Self::Create {
+                obstacle: Obstacle::Folder,
+                ..
+            }
+        );
+        self.is_of_disk() || is_of_folder && !self.may_pass()
+    }
+
+    /// Whether what is at the path of the file alone keeps it from being created.
+    pub fn is_of_file(&self) -> bool {
+        let obstacle = match self {
+            Self::Create { obstacle, .. } => Some(*obstacle),
+            Self::Write { .. } | Self::Encode { .. } => None,
+        };
+        obstacle == Some(Obstacle::File)
     }
 
     /// The file that was to be written.
@@ -40,9 +74,18 @@ impl OutputError {
 
     /// Whether another attempt may succeed, as after a short failure of a network.
     pub fn may_pass(&self) -> bool {
+        use io::ErrorKind::{FileTooLarge, InvalidInput, IsADirectory, NotADirectory, NotFound, PermissionDenied};
         match self {
             Self::Create { source, .. } | Self::Write { source, .. } => {
-                source.kind() != io::ErrorKind::FileTooLarge && !self.ends_the_job()
+                let lasting = [
+                    FileTooLarge,
+                    InvalidInput,
+                    IsADirectory,
+                    NotADirectory,
+                    NotFound,
+                    PermissionDenied,
+                ];
+                !lasting.contains(&source.kind()) && !self.is_of_disk()
             }
             Self::Encode { .. } => false,
         }

@@ -38,7 +38,7 @@ pub use encode::{
     BlockShape, Contents, DepthUnit, EncodeError, Encoding, Format, LightType, NpzCompression, Parts, PngBits,
     WriteReport,
 };
-pub use error::OutputError;
+pub use error::{Obstacle, OutputError};
 pub use exr::{Compression, Exr, ExrFile, FilePart, FilePlane, Numbers};
 pub use facts::{FileFacts, decoded};
 pub use frame::{Coverage, FrameImage, Shown};

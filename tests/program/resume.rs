@@ -325,6 +325,69 @@ fn a_frame_that_cannot_be_written_does_not_keep_the_others_from_it() {
     folder.fail(73, &[&job[..], &["--fail-fast"]].concat());
 }
 
+#[cfg(unix)]
+#[test]
+fn a_file_that_may_not_be_replaced_fails_its_frame_alone_without_another_attempt_also_the_first() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = rendered();
+    let set = |name: &str, mode| {
+        fs::set_permissions(folder.path(name), fs::Permissions::from_mode(mode)).expect("set");
+    };
+    let job = [&JOB[..], &["--seed", "9"]].concat();
+    for closed in [1, 3] {
+        let name = format!("f.{closed}.png");
+        set(&name, 0o444);
+        let before = folder.read(&name);
+        let message = folder.fail(1, &job);
+        assert!(
+            message.starts_with(&format!(
+                "error: frame {closed}: cannot create output: permission denied: {name}; "
+            )),
+            "{message}"
+        );
+        assert!(message.ends_with("error: 1 frame failed\n"), "{message}");
+        assert!(!message.contains("attempt"), "{message}");
+        assert!(folder.read(&name) == before);
+        assert_eq!(numbers(&folder, &["--seed", "9"]), closed.to_string());
+        set(&name, 0o644);
+        folder.succeed(&JOB);
+    }
+}
+
+#[cfg(unix)]
+#[test]
+fn a_folder_that_closes_or_vanishes_ends_the_job_with_the_code_of_such_outputs() {
+    use std::os::unix::fs::PermissionsExt;
+    let folder = Folder::new();
+    folder.write("s.toml", SMALL_SCENE);
+    let close = |out: &std::path::Path| fs::set_permissions(out, fs::Permissions::from_mode(0o555)).expect("set");
+    let vanish = |out: &std::path::Path| fs::rename(out, out.with_extension("gone")).expect("renamed");
+    for (name, change) in [("closed", &close as &dyn Fn(&std::path::Path)), ("vanished", &vanish)] {
+        let out = folder.path(name);
+        let mut program = folder.program();
+        program.args(["s.toml", "--turntable", "500", "--resolution", "64x48", "-o"]);
+        let child = program
+            .arg(format!("{name}/f.###.png"))
+            .stdout(Stdio::null())
+            .stderr(Stdio::piped());
+        let child = child.spawn().expect("it starts");
+        let start = Instant::now();
+        while !out.join("f.001.png").exists() {
+            assert!(start.elapsed() < Duration::from_secs(60), "no frame");
+            sleep(Duration::from_millis(5));
+        }
+        change(&out);
+        let output = child.wait_with_output().expect("it ends");
+        let message = crate::common::stderr(&output);
+        assert_eq!(output.status.code(), Some(73), "{message}");
+        assert_eq!(message.lines().count(), 1, "{message}");
+        assert!(message.starts_with("error: cannot create output: "), "{message}");
+        if out.exists() {
+            fs::set_permissions(&out, fs::Permissions::from_mode(0o755)).expect("set");
+        }
+    }
+}
+
 /// Starts a job of many frames again and again and kills it after a while that differs each time, until `kills` were killed;
 /// then lets it end. All files are then those of a job that nobody killed.
 fn killed(kills: u32) {

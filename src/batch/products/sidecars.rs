@@ -9,7 +9,7 @@ use crate::{
     assets::camera_path::transforms::Transforms,
     batch::{CameraRig, FrameFailure, InputHash, Plan},
     error::Error,
-    output::{OutputError, atomic, job_file::FolderGate},
+    output::{Obstacle, OutputError, atomic, job_file::FolderGate},
     render::Cancel,
     scene::Scene,
 };
@@ -65,6 +65,7 @@ fn write_colmap(folder: &Path, transforms: &Transforms) -> Result<(), OutputErro
     fs::create_dir_all(folder).map_err(|source| OutputError::Create {
         source: atomic::folder_problem(source, folder),
         path: folder.to_owned(),
+        obstacle: Obstacle::Folder,
     })?;
     let files = colmap::files(transforms).map(|(name, text)| (folder.join(name), text));
     atomic::write_together(&files)

@@ -84,12 +84,13 @@ pub(in crate::batch) fn check(plan: &Plan) -> Result<(), Error> {
         atomic::check_kind(&target.path)?;
     }
     // The files of the first frame stand for the others, which lie in the same folders. A whole file that stays may be
-    // read-only.
+    // read-only, and one that may not be replaced concerns its frame alone.
     for path in plan.frames.iter().take(1).flat_map(|frame| plan.files_of(frame)) {
-        if plan.policy.existing != Existing::Skip || !path.exists() {
-            atomic::check(&path)?;
-        } else {
-            atomic::sweep(&path);
+        let stays = plan.policy.existing == Existing::Skip && path.exists();
+        match atomic::check(&path) {
+            Err(error) if !stays && !error.is_of_file() => return Err(error.into()),
+            Err(_) => atomic::sweep(&path),
+            Ok(()) => {}
         }
     }
     for path in plan.files_beside() {
