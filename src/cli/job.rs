@@ -202,7 +202,10 @@ fn render(args: &RenderArgs, turn: Turn<'_>) -> anyhow::Result<()> {
     let done = pool.install(|| job.run(scene, &observers, &control));
     drop(observers);
     let streamed = stream.map_or(Ok(()), Stream::finish);
-    let state = State::of(&done);
+    let state = match &streamed {
+        Ok(()) => State::of(&done),
+        Err(_) => State::Failed,
+    };
     let figures = stats.map(|stats| stats.finish(state)).unwrap_or_default();
     let figures = figures.into_iter().map(Error::from);
     let previews = previews.into_iter();
@@ -234,11 +237,14 @@ fn render(args: &RenderArgs, turn: Turn<'_>) -> anyhow::Result<()> {
     let Some(first) = errors.next() else {
         return Ok(());
     };
-    // A place where nothing can be created is told once, by the check before the job.
-    let is_of_place =
-        |error: &anyhow::Error| error.downcast_ref::<Error>().map(Error::blame) == Some(Blame::CannotCreate);
-    let is_told =
-        |other: &anyhow::Error| other.to_string() == first.to_string() || is_of_place(other) && is_of_place(&first);
+    // A place where nothing can be created is told once, by the check before the job. Other parts of a job that ends are cancelled.
+    let blame = |error: &anyhow::Error| error.downcast_ref::<Error>().map(Error::blame);
+    let is_of_place = |error: &anyhow::Error| blame(error) == Some(Blame::CannotCreate);
+    let is_told = |other: &anyhow::Error| {
+        other.to_string() == first.to_string()
+            || blame(other) == Some(Blame::Cancelled)
+            || is_of_place(other) && is_of_place(&first)
+    };
     let others = errors.filter(|other| !is_told(other));
     others.for_each(|other| log::report(&other));
     Err(first)

@@ -103,6 +103,24 @@ fn a_reader_that_goes_ends_the_job_quietly_with_the_code_of_sigpipe() {
     assert!(!stderr(&output).contains("error"), "{}", stderr(&output));
 }
 
+#[cfg(target_os = "linux")]
+#[test]
+fn an_error_that_ends_a_job_is_told_alone() {
+    let folder = folder();
+    let full = std::fs::OpenOptions::new()
+        .write(true)
+        .open("/dev/full")
+        .expect("the device");
+    let mut program = folder.program();
+    let stream = ["-o", "-", "--output-format", "y4m", "--progress", "none"];
+    program.args([&SMALL[..], &FILM[..], &stream].concat());
+    let output = program.stdout(full).output().expect("it starts");
+    let said = stderr(&output);
+    assert_eq!(output.status.code(), Some(74), "{said}");
+    assert!(said.starts_with("error: cannot write to standard output: "), "{said}");
+    assert_eq!(said.lines().count(), 1, "{said}");
+}
+
 #[test]
 fn what_makes_no_sense_on_standard_output_is_refused() {
     let folder = folder();
