@@ -18,7 +18,7 @@ pub(super) mod picture;
 pub mod range;
 pub(super) mod request;
 pub(super) mod rig;
-pub(super) mod sample_ranges;
+mod sample_ranges;
 pub(super) mod time_limit;
 pub(super) mod turntable;
 pub(super) mod two_eyes;
@@ -189,10 +189,6 @@ impl Plan {
             second: None,
             files: planned_files(&patterns.rendered, number),
         };
-        if let Some(values) = &values {
-            let numbers = frames.iter().map(|(number, _)| i64::from(*number));
-            values.check_draws(desc, numbers).map_err(Error::Invalid)?;
-        }
         let mut frames: Vec<PlannedFrame> = frames.into_iter().map(planned).collect();
         for (frame, second) in frames.iter_mut().zip(seconds) {
             frame.second = Some(second);

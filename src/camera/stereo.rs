@@ -141,9 +141,9 @@ impl FromStr for Stereo {
         for part in text.split(',') {
             let (key, value) = part.split_once('=').unwrap_or((part, ""));
             let (key, value) = (key.trim(), value.trim());
-            let metres = || {
+            let metres = |example: &str| {
                 let number = value.parse().ok().filter(|m: &f64| *m > 0.0 && m.is_finite());
-                number.ok_or_else(|| format!("`{key}` is a distance in metres above 0, such as {key}=0.063"))
+                number.ok_or_else(|| format!("`{key}` is a distance in metres above 0, such as {key}={example}"))
             };
             let is_given = match key {
                 "ipd" => ipd.is_some(),
@@ -154,8 +154,8 @@ impl FromStr for Stereo {
                 return Err(format!("`{key}` is given twice"));
             }
             match key {
-                "ipd" => ipd = Some(metres()?),
-                "convergence" => convergence = Some(metres()?),
+                "ipd" => ipd = Some(metres("0.063")?),
+                "convergence" => convergence = Some(metres("2")?),
                 "eye" => {
                     let named = [Side::Left, Side::Right].into_iter().find(|side| side.name() == value);
                     side = Some(named.ok_or("`eye` is left or right")?);

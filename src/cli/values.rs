@@ -133,6 +133,10 @@ pub fn size(text: &str) -> Result<u64, String> {
 /// A time such as `90`, `60s`, `10m` or `1h30m`, above 0; a number alone is seconds.
 pub fn duration(text: &str) -> Result<Duration, String> {
     let wrong = || "expected a time above 0, such as 60s, 10m or 1h30m".to_owned();
+    if let Some(milliseconds) = text.strip_suffix("ms").and_then(|number| number.parse::<f64>().ok()) {
+        let seconds = milliseconds / 1000.0;
+        return Err(format!("the units are s, m and h: write {seconds}s for {text}"));
+    }
     let mut seconds = 0.0;
     for part in text.split_inclusive(|c: char| c.is_ascii_alphabetic()) {
         let number = part.trim_end_matches(|c: char| c.is_ascii_alphabetic());
@@ -168,6 +172,8 @@ mod tests {
         for wrong in ["", "0s", "-1s", "5ms", "ten", "inf"] {
             assert!(duration(wrong).is_err(), "{wrong}");
         }
+        let advice = "the units are s, m and h: write 0.05s for 50ms";
+        assert_eq!(duration("50ms"), Err(advice.to_owned()));
         assert_eq!(resolution("640x480"), Ok([640, 480]));
         assert!(resolution("0x480").is_err());
         let assigned = |text| assignment(text).expect("a key and a value").1;

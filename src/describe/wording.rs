@@ -21,6 +21,8 @@ pub(super) fn in_words_of_the_file(message: &str) -> String {
     let expected = match expected {
         "a sequence" => "a list",
         "a map" => "a table",
+        "i64" | "u64" | "i32" | "u32" | "usize" => "a whole number",
+        "f64" | "f32" => "a number",
         expected if expected.starts_with("struct ") => "a table",
         expected => expected,
     };
@@ -68,6 +70,10 @@ mod tests {
             (
                 "invalid type: string \"a\", expected a sequence",
                 "expected a list, found the text \"a\"",
+            ),
+            (
+                "invalid type: floating point `1.5`, expected i64",
+                "expected a whole number, found `1.5`",
             ),
             ("missing field `eye`", "missing field `eye`"),
         ] {

@@ -92,6 +92,10 @@ fn a_stereo_is_read_as_it_is_written() {
     ] {
         assert!(of(wrong).is_err(), "{wrong}");
     }
+    for (key, example) in [("ipd", "ipd=0.063"), ("convergence", "convergence=2")] {
+        let message = of(&format!("{key}=0")).expect_err("no distance");
+        assert!(message.ends_with(&format!("such as {example}")), "{message}");
+    }
 }
 
 proptest! {

@@ -8,6 +8,10 @@ use crate::math::trig;
 /// The most attempts to draw a number of a normal distribution that lies in its range. Each one has a chance of [`LEAST_SHARE`] or more.
 const MOST_ATTEMPTS: u32 = 4096;
 
+/// The deviations from its mean beyond which no number of a normal distribution is drawn, by the 53 bits of those it is made from:
+/// `sqrt(106 ln 2)`, rounded up.
+const FARTHEST: f64 = 8.6;
+
 /// The least part of a normal distribution that may lie in its range.
 pub(super) const LEAST_SHARE: f64 = 0.01;
 
@@ -82,11 +86,19 @@ impl Law {
         }
     }
 
-    /// The ends of its range, or its mean where it has no end.
+    /// The ends of its range.
     fn ends(self) -> [f64; 2] {
         match self {
             Self::Uniform(ends) | Self::Log(ends) => ends,
-            Self::Normal { mean, within, .. } => within.map(|end| if end.is_finite() { end } else { mean }),
+            Self::Normal {
+                mean,
+                deviation,
+                within: [least, most],
+            } => {
+                let reach = FARTHEST * deviation;
+                let or = |end: f64, other: f64| if end.is_finite() { end } else { other };
+                [or(least, mean - reach), or(most, mean + reach)]
+            }
         }
     }
 
@@ -151,7 +163,7 @@ impl Distribution {
         }
     }
 
-    /// The outermost values, in TOML: all others lie between these. Those of a normal distribution without ends are not known.
+    /// The outermost values, in TOML: all others lie between these.
     pub fn outermost(&self) -> Vec<String> {
         match self {
             Self::Number(law) => law.ends().map(number).to_vec(),
@@ -164,7 +176,7 @@ impl Distribution {
         }
     }
 
-    /// Whether a value may lie beyond the outermost ones.
+    /// Whether it is normal and lacks an end.
     pub fn is_unbounded(&self) -> bool {
         let is_unbounded = |law: &Law| match law {
             Law::Normal { within, .. } => within.iter().any(|end| !end.is_finite()),

@@ -67,7 +67,14 @@ pub(super) fn text(value: Value<'_>, overrides: &Overrides) -> Result<String, Pr
 
 /// Reads a value of a type that checks itself.
 fn read<'i, T: Deserialize<'i>>(value: Value<'i>, overrides: &Overrides) -> Result<T, Problem> {
-    T::deserialize(FileValue(value)).map_err(|error| error.problem(overrides))
+    let span = value.span();
+    T::deserialize(FileValue(value)).map_err(|error| {
+        let problem = error.problem(overrides);
+        Problem {
+            span: problem.span.or(Some(span)),
+            ..problem
+        }
+    })
 }
 
 /// The words for a value of a wrong type.
@@ -249,7 +256,7 @@ fn normal((mean, deviation): (f64, f64), within: [f64; 2], span: Span) -> Result
     let share = Law::normal_share(mean, deviation, within);
     if share < LEAST_SHARE {
         let message = format!(
-            "less than {} % of the distribution lie in this range",
+            "less than {} % of the distribution lies in this range",
             100.0 * LEAST_SHARE
         );
         return Err(Problem::at(span, message).with_help("move the range or the mean, or use a uniform range"));
@@ -276,7 +283,14 @@ fn choice(
         None => vec![Precise(1.0); options.len()],
     };
     if weights.len() != options.len() {
-        let message = format!("there are {} weights for {} values", weights.len(), options.len());
+        let values = match options.len() {
+            1 => "1 value".to_owned(),
+            count => format!("{count} values"),
+        };
+        let message = match weights.len() {
+            1 => format!("there is 1 weight for {values}"),
+            count => format!("there are {count} weights for {values}"),
+        };
         return Err(Problem::at(weights_span, message));
     }
     if let Some(Precise(weight)) = weights.iter().find(|Precise(weight)| *weight < 0.0) {

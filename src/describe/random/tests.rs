@@ -77,12 +77,17 @@ fn tables_that_are_wrong_are_refused_with_the_line_and_what_is_wrong() {
         ("{ normal = [1, nan] }", "expected a finite number"),
         ("{ normal = [1, 1], min = 3, max = 2 }", "lies above `max`"),
         ("{ normal = [1, 1], min = 90 }", "less than 1 % of the distribution"),
-        ("{ integer = [1.5, 2] }", "1.5"),
+        ("{ integer = [1.5, 2] }", "expected a whole number, found `1.5`"),
         ("{ integer = [6, 1] }", "does not fall from 6 to 1"),
         ("{ integer = [0, 9223372036854775807] }", "too large"),
         ("{ choice = [] }", "there is nothing to choose from"),
         ("{ choice = 3 }", "expected a list to choose from"),
-        ("{ choice = [1, 2], weights = [1] }", "there are 1 weights for 2 values"),
+        ("{ choice = [1, 2], weights = [1] }", "there is 1 weight for 2 values"),
+        ("{ choice = [1], weights = [1, 2] }", "there are 2 weights for 1 value"),
+        ("{ choice = [1, nan] }", "expected a finite number"),
+        ("{ normal = [1, 1], min = nan }", "expected a finite number"),
+        ("{ sphere = nan }", "expected a finite number"),
+        ("{ sphere = inf }", "expected a finite number"),
         ("{ choice = [1, 2], weights = [1, -1] }", "a weight is at least 0"),
         (
             "{ choice = [1, 2], weights = [0, 0] }",
@@ -109,7 +114,7 @@ fn tables_that_are_wrong_are_refused_with_the_line_and_what_is_wrong() {
     }
     for (text, message) in [
         ("seed = -1\n", "a seed is a whole number from 0"),
-        ("seed = 1.5\n", "1.5"),
+        ("seed = 1.5\n", "expected a whole number, found `1.5`"),
         ("scene = 1\n", "expected a string"),
         ("light = {}\n", "there is no distribution"),
         ("light.a = [1, 2]\n\"light.a\" = [1, 2]\n", "`light.a` is drawn twice"),
@@ -205,21 +210,23 @@ fn a_value_that_is_set_for_the_job_is_not_drawn() {
 }
 
 #[test]
-fn draws_of_a_distribution_without_ends_are_checked_at_their_frames() {
-    let desc = scene(
-        "object.ball.shape.sphere.radius = { normal = [1, 0.4] }",
-        &Overrides::default(),
-    );
-    let values = values(&desc).unwrap_or_else(|e| panic!("{e}"));
-    assert!(values.check_draws(&desc, 1..=3).is_ok());
-    let found = values
-        .check_draws(&desc, 1..=10_000)
-        .expect_err("a radius below 0")
-        .to_string();
+fn a_normal_distribution_without_ends_is_refused_by_what_it_can_draw_whichever_frames_there_are() {
+    let radius = |law: &str| {
+        let random = format!("object.ball.shape.sphere.radius = {law}");
+        values(&scene(&random, &Overrides::default())).map(drop)
+    };
+    let found = radius("{ normal = [1, 0.2] }").expect_err("a radius below 0");
     assert!(
-        found.contains("draws -0.") && found.contains("`min` and `max`"),
+        found.contains("found -0.7") && found.contains("`min` and `max` keep draws in a range"),
         "{found}"
     );
+    for law in [
+        "{ normal = [1, 0.2], min = 0.1 }",
+        "{ normal = [1, 0.2], min = 0.1, max = 2 }",
+        "{ normal = [1, 0.1] }",
+    ] {
+        radius(law).unwrap_or_else(|e| panic!("{law}: {e}"));
+    }
 }
 
 #[test]
