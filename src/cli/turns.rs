@@ -7,6 +7,7 @@
 use std::{
     collections::{HashMap, HashSet},
     ffi::OsString,
+    fs,
     path::{Path, PathBuf},
 };
 
@@ -14,7 +15,10 @@ use batch_render::{
     batch::{Plan, named_files},
     camera::stereo::{Side, Stereo},
     error::Error,
-    output::names::{EYE, NO_EYE, SCENE, has_field, with_names, with_plain_names, with_scene_name},
+    output::{
+        atomic,
+        names::{EYE, NO_EYE, SCENE, has_field, with_names, with_plain_names, with_scene_name},
+    },
     simd::Isa,
 };
 use clap::Parser as _;
@@ -88,6 +92,7 @@ pub fn turns(args: &RenderArgs, typed: &Replay) -> anyhow::Result<Vec<SceneTurn>
         return Err(Error::Usage(message).into());
     }
     let scenes: Vec<&Path> = args.scene.iter().chain(&args.more).map(PathBuf::as_path).collect();
+    refuse_twice(&scenes)?;
     let names = names(&scenes)?;
     let eyes: Vec<Option<Stereo>> = match stereo {
         Some(stereo) => {
@@ -197,6 +202,23 @@ impl Written {
         }
         Ok(())
     }
+}
+
+/// Refuses a file that two arguments name, by whatever path. Links to one file are scenes of their own.
+fn refuse_twice(scenes: &[&Path]) -> Result<(), Error> {
+    let mut known: HashMap<PathBuf, &Path> = HashMap::new();
+    for scene in scenes {
+        let place = fs::canonicalize(atomic::folder_of(scene)).unwrap_or_else(|_| atomic::folder_of(scene));
+        let place = place.join(scene.file_name().unwrap_or_default());
+        if let Some(other) = known.insert(place, scene) {
+            let (other, scene) = (other.display(), scene.display());
+            return Err(Error::Usage(match other.to_string() == scene.to_string() {
+                true => format!("the scene is named twice: {scene}"),
+                false => format!("the scene is named twice, as {other} and as {scene}"),
+            }));
+        }
+    }
+    Ok(())
 }
 
 /// The name of each scene: its path without the ending and without the folders that are not needed to tell it from others.

@@ -91,8 +91,16 @@ fn files_of_two_scenes_are_told_apart_or_refused() {
         "standard output holds the frames of one scene",
     );
     wrong(&["-"], "standard input (-) is one scene");
-    let said = folder.fail(2, &["a.toml", "./a.toml", "-o", "{scene}.exr"]);
-    assert!(said.contains("two scenes have the name of ./a.toml"), "{said}");
+    std::fs::create_dir(folder.path("in")).expect("made");
+    let whole = folder.path("a.toml");
+    for same in ["./a.toml", "in/../a.toml", whole.to_str().expect("UTF-8")] {
+        let said = folder.fail(2, &["a.toml", "b.toml", same, "-o", "{scene}.exr"]);
+        let expected = format!("the scene is named twice, as a.toml and as {same}");
+        assert!(said.contains(&expected), "{said}");
+    }
+    folder.write("a.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    let said = folder.fail(2, &["a.toml", "a.obj", "-o", "{scene}.exr"]);
+    assert!(said.contains("two scenes have the name of a.obj"), "{said}");
     // One scene has a name, too; without -o files have the names of their scenes.
     folder.succeed(&[&["a.toml", "-o", "{scene}/{scene}.png"], &SMALL[..]].concat());
     folder.succeed(&[&["a.toml", "b.toml"], &SMALL[..]].concat());
