@@ -103,6 +103,8 @@ pub enum Error {
     /// Another job is writing a file of this one.
     #[error("{0}")]
     Busy(String),
+    #[error("the labels of other pictures cannot be kept: {cause}: remove the file, or render into another folder: {}", path.display())]
+    OtherLabels { cause: String, path: PathBuf },
     #[error("the file exists already: {}", path.display())]
     Exists { path: PathBuf },
     #[error(transparent)]
@@ -241,6 +243,7 @@ impl Error {
             | Self::Denoise(_)
             | Self::Pose { .. }
             | Self::Columns { .. }
+            | Self::OtherLabels { .. }
             | Self::Memory { .. } => Blame::Data,
             Self::Output(error) if error.is_of_disk() => Blame::Io,
             Self::Exists { .. } | Self::Output(OutputError::Create { .. }) => Blame::CannotCreate,

@@ -13,7 +13,7 @@ use super::{
     plan::{
         cameras::OwnCamera, fit::fitted, frame_rate::fps, path_size::sized, values::tables, view_cameras::view_bounds,
     },
-    products::{denoise, denoised, targets},
+    products::{denoise, denoised, sidecars, targets},
     resume::checkpoint,
     resume::job_lock::JobLock,
     run,
@@ -412,6 +412,7 @@ impl Job {
         self.compare_files()?;
         targets::check(&self.plan)?;
         let _lock = JobLock::new(&self.plan, control.cancel)?;
+        sidecars::check(&self.plan)?;
         let coverage = self.plan.coverage_of_all(scene.background());
         let (plan, mut summary) = self.render(scene, observer, control)?;
         denoised::write((&plan, self.inputs(), coverage), &mut summary, observer, control.cancel)?;

@@ -39,6 +39,7 @@ pub use plan::{
     views::{ViewSet, Views},
 };
 pub use products::{
+    coco::categories::CategoryKind,
     denoise,
     finished::{shows_finished, with_finished},
     merge::merge,

@@ -31,6 +31,7 @@ use std::{ops::RangeInclusive, path::PathBuf, sync::Arc};
 use super::{
     Policy, Request,
     products::{
+        coco::categories::CategoryKind,
         draws,
         metadata::{self, Sidecar},
     },
@@ -122,6 +123,12 @@ pub struct FilePlan {
     pub picture: Option<FilePattern>,
     /// The files beside the pictures.
     pub sidecars: Vec<Sidecar>,
+    /// What the categories of `coco.json` are named after.
+    pub categories: CategoryKind,
+    /// The file of the scene.
+    pub scene: PathBuf,
+    /// Whether the job renders a part of its frames or of their pixels, and keeps the labels of other pictures.
+    pub keeps_labels: bool,
     /// The eye that their names have.
     pub eye: Option<&'static str>,
     /// A pattern with `{eye}`, where there is no eye: such a job has no files.
@@ -363,6 +370,9 @@ impl FilePlan {
             encoding,
             picture: patterns.picture().cloned(),
             sidecars: Sidecar::with_sources(&request.metadata),
+            categories: request.categories,
+            scene: desc.source.path.clone(),
+            keeps_labels: request.range.is_some() || request.part.is_some() || request.crop.is_some(),
             eye: patterns.eye,
             lacks_eye: patterns.lacks_eye.clone(),
             has_arrays: patterns.has_arrays(),

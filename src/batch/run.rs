@@ -11,7 +11,7 @@ use super::{
     CameraRig, Existing, Fingerprint, FrameError, FrameFailure, JobEvent, Observer, OnFailure, Plan, PlannedFrame,
     Scenes, StaleReason, Summary, Survey,
     frame_scenes::{Failed, ScenesOfFrame},
-    products::{coco::Instances, metadata::Sidecar, sidecars},
+    products::{labels::Labels, sidecars},
     resume::checkpoint,
     resume::failure,
     resume::frame_interrupts::FrameInterrupts,
@@ -63,13 +63,12 @@ pub fn run(
         .build()
         .map_err(|cause| Error::threads("the threads that write files", &cause))?;
     let mut written = Ok(WriteSummary::default());
-    let mut instances = plan.files.sidecars.contains(&Sidecar::Coco).then(Instances::default);
+    let mut labels = Labels::new(plan);
     let rendered = encoders.in_place_scope(|scope| {
         scope.spawn(|_| written = write_all(plan, coverage, receive, observer));
-        let labels = instances.as_mut();
         let rendered = render_all(
             (plan, &rig),
-            (scenes, labels),
+            (scenes, &mut labels),
             (survey, coverage),
             (observer, &control),
             &send,
@@ -92,7 +91,7 @@ pub fn run(
     sorting::sort_by_key(&mut summary.failures, |failure| failure.frame);
     sidecars::write(
         (plan, survey.inputs),
-        (&rig, scenes.current(), instances),
+        (&rig, scenes.current(), labels),
         &summary.failures,
         control.cancel,
     )?;
@@ -104,7 +103,7 @@ pub fn run(
 
 fn render_all<'a>(
     (plan, rig): (&'a Plan, &CameraRig),
-    (scenes, mut instances): (&mut Scenes<'_>, Option<&mut Instances>),
+    (scenes, labels): (&mut Scenes<'_>, &mut Labels),
     (survey, coverage): (&Survey, Coverage),
     (observer, control): (&dyn Observer, &Control<'_>),
     send: &SyncSender<Finished<'a>>,
@@ -129,9 +128,7 @@ fn render_all<'a>(
                         observer.event(&JobEvent::FrameSkipped { frame: frame.number });
                         summary.skipped += 1;
                     }
-                    if let Some(instances) = &mut instances {
-                        label(instances, (plan, rig), scenes, (frame, control))?;
-                    }
+                    labels.add((plan, rig), scenes, frame, control.cancel)?;
                     continue;
                 }
                 Some(stale) if stale.reason == StaleReason::Missing => {}
@@ -226,9 +223,7 @@ fn render_all<'a>(
         }
         summary.frame_times.push(took);
         summary.rendered += 1;
-        if let Some(instances) = &mut instances {
-            label(instances, (plan, rig), scenes, (frame, control))?;
-        }
+        labels.add((plan, rig), scenes, frame, control.cancel)?;
         let finished = Finished {
             frame,
             camera: eyes.into_iter().next().expect("a picture shows an eye"),
@@ -251,25 +246,4 @@ fn fail(summary: &mut Summary, observer: &dyn Observer, (frame, cause): (&Planne
     };
     observer.event(&JobEvent::FrameFailed(&failure));
     summary.failures.push(failure);
-}
-
-/// Adds the objects of a frame, which does not depend on whether it was rendered now or before.
-fn label(
-    instances: &mut Instances,
-    (plan, rig): (&Plan, &CameraRig),
-    scenes: &mut Scenes<'_>,
-    (frame, control): (&PlannedFrame, &Control<'_>),
-) -> Result<(), Error> {
-    let camera = rig.camera(plan, frame);
-    let mut of_frame = ScenesOfFrame {
-        scenes: &mut *scenes,
-        number: frame.number,
-        camera: &camera,
-    };
-    match plan.render_objects(&mut of_frame, (frame, &camera), control.cancel) {
-        Ok(film) => instances.add(plan, frame.number, (&film, scenes.current())),
-        Err(Failed::Render(error)) => return Err(error.into()),
-        Err(Failed::Scene(error)) => return Err(error),
-    }
-    Ok(())
 }

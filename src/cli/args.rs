@@ -6,7 +6,7 @@
 use std::{path::PathBuf, time::Duration};
 
 use batch_render::{
-    batch::{PartSpec, Turn},
+    batch::{CategoryKind, PartSpec, Turn},
     compile::default_scene::normalise::Normalise,
     output::DepthUnit,
     render::SampleRanges,
@@ -302,6 +302,10 @@ pub struct RenderArgs {
     /// Files beside the pictures: transforms (cameras, as NeRF programs read them), colmap (cameras, as COLMAP does), coco (boxes and masks of objects), ids (names of objects and materials)
     #[arg(long, value_name = "LIST", value_delimiter = ',', hide_short_help = true, help_heading = heading::OUTPUT)]
     pub metadata: Vec<String>,
+
+    /// What the categories of coco are named after: object, material, file (of the geometry) or scene
+    #[arg(long, value_name = "KIND", default_value_t, requires = "metadata", hide_short_help = true, help_heading = heading::OUTPUT)]
+    pub categories: CategoryKind,
 
     #[command(flatten)]
     pub existing: ExistingArgs,

@@ -90,6 +90,7 @@ pub fn request(args: &RenderArgs, outlets: &Outlets, simd: Isa) -> Result<Reques
             .map(|filter| super::denoise::options(filter, args.temporal, args.oidn_lib.as_deref())),
         denoise_steps: args.denoise_step.map_or(DenoiseSteps::Both, DenoiseSteps::from),
         metadata: sidecars.map_err(|unknown| Error::Usage(format!("--metadata: {unknown}")))?,
+        categories: args.categories,
         png_depth: args.png_depth.clone(),
         png_normals: args.png_normals.clone(),
         png_ids: args.png_ids.clone(),

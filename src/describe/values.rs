@@ -291,6 +291,12 @@ impl Values {
         })
     }
 
+    /// Whether objects show other models from frame to frame, or other materials of these.
+    pub fn changes_models(&self) -> bool {
+        let mut of_objects = self.keys().filter(|(entity, _)| entity.object().is_some());
+        of_objects.any(|(_, path)| path.last().is_some_and(|key| key == "file" || key == "variant"))
+    }
+
     /// Whether the visibility of the background has values.
     pub fn hides_background(&self) -> bool {
         let hides = |column: &Column| column.entity == Entity::Background && column.path == ["visible"];

@@ -242,6 +242,14 @@ impl Scene {
         self.mattes.get_or_init(|| Mattes::new(self))
     }
 
+    /// The name of a part, which no other has where it has something to see.
+    pub fn name_of(&self, part: &Part) -> String {
+        match part.matte {
+            Some(matte) => self.mattes().objects.mattes[matte as usize].name.clone(),
+            None => self.part_name(part.object, part.node),
+        }
+    }
+
     /// The number, from 0, of the copy of a mesh at a hit; `None` where that is shown once, or is no mesh.
     pub fn copy(&self, hit: &FirstHit) -> Option<u32> {
         let copy = self.geometry.mesh_of(hit.prim)?.copy?;

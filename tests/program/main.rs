@@ -36,6 +36,7 @@ mod instances;
 mod interrupts;
 mod job;
 mod job_ends;
+mod labels;
 mod layers;
 mod lenses;
 mod line_ends;

@@ -8,7 +8,10 @@
 
 use super::cameras::metered_resolution;
 use crate::{
-    batch::{Plan, PlannedFrame},
+    batch::{
+        Plan, PlannedFrame,
+        products::coco::categories::{CategoryKind, MATERIALS},
+    },
     camera::FrameCamera,
     film::{Film, PassRequest},
     math::{Rgb, exponential},
@@ -91,17 +94,22 @@ impl Plan {
             cancel,
             ..Control::default()
         };
-        let (integrator, settings) = (
-            self.picture.integrator.as_dyn(),
-            self.settings_of_objects(Some(frame.number)),
-        );
+        let integrator = self.picture.integrator.as_dyn();
+        let mut settings = self.settings_of_objects(Some(frame.number));
+        if self.files.categories == CategoryKind::Material {
+            settings.passes.push(pass(MATERIALS));
+        }
         Renderer::new().render_moving(scenes, camera, integrator, &settings, &control)
     }
 }
 
 /// The pass that [`surfaces`] reads.
 pub(in crate::batch) fn objects_pass() -> PassRequest {
-    PassRequest::parse(OBJECTS).expect("the table has the row")
+    pass(OBJECTS)
+}
+
+fn pass(name: &str) -> PassRequest {
+    PassRequest::parse(name).expect("the table has the row")
 }
 
 /// Whether each pixel shows an object that is neither a shadow catcher nor a holdout, at the sample nearest to its middle.

@@ -7,7 +7,7 @@ use crate::{
     assets::{SuppliedFile, camera_path::CameraPathOptions, store::MissingAssets},
     batch::{
         DenoiseOptions, DenoiseSteps, Existing, FrameRange, IfBusy, JobPart, OnFailure, Turn, Views,
-        products::metadata::Sidecar,
+        products::{coco::categories::CategoryKind, metadata::Sidecar},
     },
     camera::{Pose, RotationOrder, SecondEye, StereoEye},
     compile::default_scene::normalise::Normalise,
@@ -96,6 +96,8 @@ pub struct Request {
     pub denoise_steps: DenoiseSteps,
     /// The files with metadata beside the pictures.
     pub metadata: Vec<Sidecar>,
+    /// What the categories of `coco.json` are named after.
+    pub categories: CategoryKind,
     /// Files that the caller writes beside the job's own. None of them may be a file that the job reads or writes.
     pub files_of_caller: Vec<PathBuf>,
     /// The ranges of the samples whose sums are added, and the one that is rendered.

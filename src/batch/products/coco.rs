@@ -1,32 +1,47 @@
 //! The content of `coco.json`: the instances of objects in the pictures of a sequence, as the data set COCO has them.
 //!
-//! A picture's number is that of its frame, and an instance's number is that of the frame times 1,000,000 and that of the object. So
-//! both are the same in every part of a job.
+//! A picture's number is that of its frame, and an instance's number is that of the picture times 1,000,000 and that of the object. So
+//! both are the same in every part of a job. Pictures of other names in one file have numbers a million apart. An instance of a part of an
+//! object of one material has the place among those of its picture in place of the number of the object.
 //!
-//! A mask has the pixels whose centre shows the object, the pass `objectId` with one sample. It is a run-length encoding of columns:
-//! the lengths of runs of 0 and 1 by turns, each but the first two as the difference from the one but one before it, in groups of 5 bits from the lowest
-//! with a sixth bit where more follow, as characters from `0` on.
+//! A mask has the pixels whose centre shows the object, the pass `objectId` with one sample.
+//!
+//! Categories are sorted by their names, so that they have the same numbers whichever part of a job comes first. Frames may show other
+//! objects than those before them: each has the categories of its own scene, and the file those of all.
 //!
 //! Source: Lin et al., "Microsoft COCO: Common Objects in Context", ECCV 2014, doi:10.1007/978-3-319-10602-1_48; cocodataset.org, "Data format".
 
-use std::{borrow::Cow, collections::HashSet, path::Path};
+pub mod categories;
+mod runs;
+
+use std::{
+    borrow::Cow,
+    collections::{BTreeMap, HashMap, HashSet},
+    path::Path,
+};
 
 use serde::{Deserialize, Serialize};
 
+use self::{
+    categories::{CategoryKind, CategoryName, MATERIALS, categories},
+    runs::Runs,
+};
 use super::transforms::picture_name;
 use crate::{
     batch::{FrameFailure, Plan, plan::metering::OBJECTS},
     film::Film,
-    scene::{MatteKind, ObjectRole, Part, Scene},
-    warnings::WarningKind,
+    scene::{ObjectRole, Part, Scene},
 };
 
-/// The numbers of the instances of a frame, of which each object has one.
+/// The numbers of the instances of a picture, of which each object has one.
 const STRIDE: i64 = 1_000_000;
 
+/// The numbers of the pictures of a sequence.
+const BLOCK: i64 = 1_000_000;
+
 /// The conventions of the file, in words.
-const CONVENTIONS: &str = "image_id is the number of the frame; object_id is the number in objectId and ids.json, from 1; a mask has the pixels whose \
-     centre shows the object, and bbox is x, y, width, height of these pixels";
+const CONVENTIONS: &str = "image_id is the number of the frame, plus 1,000,000 for each sequence of other names before it; object_id is the number \
+     in objectId and ids.json, from 1; a mask has the pixels whose centre shows the object, and bbox is x, y, width, height of these pixels";
 
 #[derive(Serialize, Deserialize)]
 pub(super) struct Coco {
@@ -36,7 +51,7 @@ pub(super) struct Coco {
     categories: Vec<Category>,
 }
 
-#[derive(PartialEq, Serialize, Deserialize)]
+#[derive(Serialize, Deserialize)]
 struct Info {
     description: Cow<'static, str>,
 }
@@ -55,6 +70,9 @@ struct Annotation {
     image_id: i64,
     category_id: usize,
     object_id: usize,
+    /// The name of the object, which a file of an older version does not have.
+    #[serde(default)]
+    object_name: String,
     segmentation: Mask,
     area: u32,
     bbox: [u32; 4],
@@ -69,7 +87,7 @@ struct Mask {
     counts: String,
 }
 
-#[derive(PartialEq, Serialize, Deserialize)]
+#[derive(Serialize, Deserialize)]
 struct Category {
     id: usize,
     name: String,
@@ -81,12 +99,13 @@ struct Category {
 pub(in crate::batch) struct Instances {
     images: Vec<Image>,
     annotations: Vec<Annotation>,
+    /// The names of categories, and the number of each, from 1, by its first use.
+    categories: HashMap<CategoryName, usize>,
 }
 
 impl Instances {
-    /// Adds the instances of a frame, whose film has the numbers of objects.
+    /// Adds the instances of a frame, whose film has the numbers of objects, and those of materials where they are the categories.
     pub fn add(&mut self, plan: &Plan, frame: i32, (film, scene): (&Film, &Scene)) {
-        let plane = film.plane(OBJECTS).expect("the pass was requested");
         let size = [film.window.width(), film.window.height()];
         let image_id = i64::from(frame);
         self.images.push(Image {
@@ -95,28 +114,26 @@ impl Instances {
             height: size[1],
             file_name: picture_name(plan, frame),
         });
-        let categories = Categories::new(scene);
+        let kind = plan.files.categories;
+        let names = categories(kind, scene, &plan.files.scene);
+        let numbers: Vec<usize> = names.into_iter().map(|name| self.category(name)).collect();
         let parts = scene.mattes().parts();
-        let mut found: Vec<Option<Runs>> = parts.iter().map(|_| None).collect();
-        let [width, height] = size.map(|n| n as usize);
-        for column in 0..width {
-            for row in 0..height {
-                let number = plane.values[row * width + column].to_bits() as usize;
-                if let Some(runs) = number.checked_sub(1).and_then(|part| found.get_mut(part)) {
-                    runs.get_or_insert_default()
-                        .add([column as u32, row as u32], height as u32);
-                }
-            }
-        }
-        for (part, runs) in found.into_iter().enumerate() {
-            let Some(runs) = runs.filter(|_| is_ordinary(scene, &parts[part])) else {
-                continue;
+        let found = instances(film, kind);
+        let known = found.into_iter().filter(|((part, _), _)| {
+            let part = parts.get(*part);
+            part.is_some_and(|part| is_ordinary(scene, part))
+        });
+        for (place, ((part, material), runs)) in known.enumerate() {
+            let (of_kind, number) = match kind {
+                CategoryKind::Material => (material, place),
+                CategoryKind::Object | CategoryKind::File | CategoryKind::Scene => (part, part),
             };
             self.annotations.push(Annotation {
-                id: image_id * STRIDE + part as i64 + 1,
+                id: image_id * STRIDE + number as i64 + 1,
                 image_id,
-                category_id: categories.of_parts[part],
+                category_id: numbers[of_kind],
                 object_id: part + 1,
+                object_name: scene.name_of(&parts[part]),
                 area: runs.area,
                 bbox: runs.bounds(),
                 segmentation: Mask {
@@ -128,21 +145,63 @@ impl Instances {
         }
     }
 
+    fn category(&mut self, name: CategoryName) -> usize {
+        let next = self.categories.len() + 1;
+        *self.categories.entry(name).or_insert(next)
+    }
+
     /// The file of these frames but for those that failed.
-    pub(super) fn file(self, scene: &Scene, failures: &[FrameFailure]) -> Coco {
+    pub(super) fn file(self, failures: &[FrameFailure]) -> Coco {
         let failed: HashSet<i64> = failures.iter().map(|failure| failure.frame.into()).collect();
         let (mut images, mut annotations) = (self.images, self.annotations);
         images.retain(|image| !failed.contains(&image.id));
         annotations.retain(|annotation| !failed.contains(&annotation.image_id));
-        Coco {
+        let categories = self.categories.into_iter();
+        let mut file = Coco {
             info: Info {
                 description: CONVENTIONS.into(),
             },
             images,
             annotations,
-            categories: Categories::new(scene).all,
+            categories: categories
+                .map(|(CategoryName { name, supercategory }, id)| Category {
+                    id,
+                    name,
+                    supercategory,
+                })
+                .collect(),
+        };
+        file.sort();
+        file
+    }
+}
+
+/// The pixels of each part, by its index, of each material, where that is the kind.
+fn instances(film: &Film, kind: CategoryKind) -> BTreeMap<(usize, usize), Runs> {
+    let plane = |name| &film.plane(name).expect("the pass was requested").values;
+    let objects = plane(OBJECTS);
+    let materials = (kind == CategoryKind::Material).then(|| plane(MATERIALS));
+    let [width, height] = [film.window.width(), film.window.height()].map(|n| n as usize);
+    let at = |column: usize, row: usize| {
+        let pixel = row * width + column;
+        let part = (objects[pixel].to_bits() as usize).checked_sub(1)?;
+        let material = materials.map_or(0, |materials| (materials[pixel].to_bits() as usize).saturating_sub(1));
+        Some((part, material))
+    };
+    let mut found: BTreeMap<(usize, usize), Runs> = BTreeMap::new();
+    for column in 0..width {
+        let mut row = 0;
+        while row < height {
+            let shown = at(column, row);
+            let end = (row..height).find(|row| at(column, *row) != shown).unwrap_or(height);
+            if let Some(shown) = shown {
+                let runs = found.entry(shown).or_default();
+                (row..end).for_each(|row| runs.add([column as u32, row as u32], height as u32));
+            }
+            row = end;
         }
     }
+    found
 }
 
 /// Whether a part is neither a shadow catcher nor a holdout.
@@ -151,216 +210,99 @@ fn is_ordinary(scene: &Scene, part: &Part) -> bool {
 }
 
 impl Coco {
-    /// Adds the frames of other jobs of the same sequence, in rising order. Frames of this job replace theirs.
-    pub fn join(&mut self, others: Self, plan: &Plan, path: &Path) {
-        if (&self.info, &self.categories) != (&others.info, &others.categories) {
-            let (frames, path) = (others.images.len(), path.display());
-            let text = format!("the {frames} frames of other jobs are lost: they have other objects: {path}");
-            plan.warnings.add_live(WarningKind::LOST_FRAMES, path, text);
+    /// Adds the pictures of other jobs in the file that is there, whose folder is `folder`: those of the same sequence, and those of other
+    /// names as long as they are there. Pictures of this job replace theirs.
+    pub fn join(&mut self, others: Self, plan: &Plan, folder: &Path) {
+        let own: HashSet<String> = self.images.iter().map(|image| image.file_name.clone()).collect();
+        let (mut images, mut offset, mut taken) = (Vec::new(), None, HashSet::new());
+        for image in others.images {
+            let own_offset = offset_in_sequence(&image, plan);
+            let is_kept = match own_offset {
+                Some(_) => plan.is_chunk,
+                None => folder.join(&image.file_name).is_file(),
+            };
+            match own_offset {
+                Some(_) => offset = offset.or(own_offset),
+                None if is_kept => drop(taken.insert(image.id.div_euclid(BLOCK))),
+                None => {}
+            }
+            if is_kept && !own.contains(&image.file_name) {
+                images.push(image);
+            }
+        }
+        let free = || {
+            let blocks: HashSet<i64> = self.images.iter().map(|image| image.id.div_euclid(BLOCK)).collect();
+            let is_free = |at: &i64| blocks.iter().all(|block| !taken.contains(&(block + at)));
+            (0..).find(is_free).expect("there are more numbers than pictures") * BLOCK
+        };
+        self.shift(offset.unwrap_or_else(free));
+        if images.is_empty() {
             return;
         }
-        let own: HashSet<i64> = self.images.iter().map(|image| image.id).collect();
-        let is_other = |image: &Image| {
-            let name = i32::try_from(image.id).map(|frame| picture_name(plan, frame));
-            !own.contains(&image.id) && name.as_ref() == Ok(&image.file_name)
-        };
-        let images: Vec<Image> = others.images.into_iter().filter(is_other).collect();
+        let first = self.categories.len();
+        let number: HashMap<usize, usize> = (others.categories.iter().map(|category| category.id))
+            .zip(first + 1..)
+            .collect();
         let added: HashSet<i64> = images.iter().map(|image| image.id).collect();
-        let annotations = others.annotations.into_iter();
-        self.annotations
-            .extend(annotations.filter(|annotation| added.contains(&annotation.image_id)));
+        let annotations = others.annotations.into_iter().filter_map(|annotation| {
+            let category_id = *number.get(&annotation.category_id)?;
+            added.contains(&annotation.image_id).then_some(Annotation {
+                category_id,
+                ..annotation
+            })
+        });
+        self.annotations.extend(annotations);
+        self.categories
+            .extend(others.categories.into_iter().map(|category| Category {
+                id: number[&category.id],
+                ..category
+            }));
         self.images.extend(images);
+        self.sort();
+    }
+
+    /// Adds a number to those of pictures.
+    fn shift(&mut self, offset: i64) {
+        self.images.iter_mut().for_each(|image| image.id += offset);
+        for annotation in &mut self.annotations {
+            annotation.image_id += offset;
+            annotation.id += offset * STRIDE;
+        }
+    }
+
+    /// Sorts all by their numbers, and categories by their names, each of which is there once.
+    fn sort(&mut self) {
+        self.categories
+            .sort_by(|a, b| (&a.name, &a.supercategory).cmp(&(&b.name, &b.supercategory)));
+        let mut numbers = HashMap::new();
+        let mut sorted: Vec<Category> = Vec::with_capacity(self.categories.len());
+        for category in std::mem::take(&mut self.categories) {
+            let last = sorted.last();
+            let is_known =
+                last.is_some_and(|last| (&last.name, &last.supercategory) == (&category.name, &category.supercategory));
+            let id = sorted.len() + usize::from(!is_known);
+            numbers.insert(category.id, id);
+            if !is_known {
+                sorted.push(Category { id, ..category });
+            }
+        }
+        self.categories = sorted;
+        for annotation in &mut self.annotations {
+            annotation.category_id = numbers[&annotation.category_id];
+        }
         self.images.sort_by_key(|image| image.id);
         self.annotations.sort_by_key(|annotation| annotation.id);
     }
 }
 
-/// The categories of a scene, in the order of its objects.
-struct Categories {
-    all: Vec<Category>,
-    /// The number of the category of each part.
-    of_parts: Vec<usize>,
-}
-
-impl Categories {
-    fn new(scene: &Scene) -> Self {
-        let mattes = scene.mattes();
-        let names = &mattes.table(MatteKind::Object).mattes;
-        let (mut all, mut of_parts) = (Vec::<Category>::new(), Vec::new());
-        for part in mattes.parts() {
-            let name = match part.matte {
-                Some(matte) => names[matte as usize].name.clone(),
-                None => scene.part_name(part.object, part.node),
-            };
-            let name = without_number(&name);
-            let known = all
-                .iter()
-                .find(|category| category.name == name)
-                .map(|category| category.id);
-            of_parts.push(known.unwrap_or_else(|| {
-                all.push(Category {
-                    id: all.len() + 1,
-                    name: name.to_owned(),
-                    supercategory: name.split('/').next().unwrap_or_default().to_owned(),
-                });
-                all.len()
-            }));
-        }
-        Self { all, of_parts }
-    }
-}
-
-/// A name without the number that tells it from others of its kind: `chair` of `chair.001` and `chair_2`.
-fn without_number(name: &str) -> &str {
-    let stem = name.trim_end_matches(|c: char| c.is_ascii_digit());
-    let is_gap = |c: char| matches!(c, '.' | '_' | '-' | ' ');
-    match stem.strip_suffix(is_gap).map(|stem| stem.trim_end_matches(is_gap)) {
-        Some(short) if stem.len() < name.len() && !short.is_empty() && !short.ends_with('/') => short,
-        _ => name,
-    }
-}
-
-/// The pixels of an object, as runs down the columns.
-#[derive(Default)]
-struct Runs {
-    /// The first pixel of each run and the one after its last, counted down the columns.
-    runs: Vec<[u32; 2]>,
-    area: u32,
-    /// The first and the last column and row.
-    corners: Option<[[u32; 2]; 2]>,
-}
-
-impl Runs {
-    /// Adds a pixel that comes after all others.
-    fn add(&mut self, pixel: [u32; 2], height: u32) {
-        let at = pixel[0] * height + pixel[1];
-        match self.runs.last_mut() {
-            Some([_, end]) if *end == at => *end += 1,
-            _ => self.runs.push([at, at + 1]),
-        }
-        self.area += 1;
-        let [first, last] = self.corners.get_or_insert([pixel; 2]);
-        for axis in 0..2 {
-            first[axis] = first[axis].min(pixel[axis]);
-            last[axis] = last[axis].max(pixel[axis]);
-        }
-    }
-
-    /// The first column and row, the width and the height.
-    fn bounds(&self) -> [u32; 4] {
-        let [[x0, y0], [x1, y1]] = self.corners.unwrap_or_default();
-        [x0, y0, x1 + 1 - x0, y1 + 1 - y0]
-    }
-
-    /// The encoding in a picture of this size.
-    fn counts(&self, [width, height]: [u32; 2]) -> String {
-        let mut lengths = Vec::with_capacity(2 * self.runs.len() + 1);
-        let mut end = 0;
-        for [from, to] in &self.runs {
-            lengths.extend([from - end, to - from]);
-            end = *to;
-        }
-        if end < width * height {
-            lengths.push(width * height - end);
-        }
-        let lengths: Vec<i64> = lengths.into_iter().map(i64::from).collect();
-        let mut text = String::new();
-        for (i, length) in lengths.iter().enumerate() {
-            let mut rest = if i > 2 { length - lengths[i - 2] } else { *length };
-            loop {
-                let group = (rest & 0x1f) as u8;
-                rest >>= 5;
-                // The highest bit of the last group is the sign.
-                let is_last = rest == if group & 0x10 == 0 { 0 } else { -1 };
-                text.push(char::from(b'0' + (group | if is_last { 0 } else { 0x20 })));
-                if is_last {
-                    break;
-                }
-            }
-        }
-        text
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn runs(rows: &[&str]) -> (Runs, [u32; 2]) {
-        let size = [rows[0].len() as u32, rows.len() as u32];
-        let mut runs = Runs::default();
-        for column in 0..size[0] {
-            for row in 0..size[1] {
-                if rows[row as usize].as_bytes()[column as usize] == b'#' {
-                    runs.add([column, row], size[1]);
-                }
-            }
-        }
-        (runs, size)
-    }
-
-    /// The lengths that a text encodes.
-    fn decoded(text: &str) -> Vec<i64> {
-        let (mut lengths, mut bytes) = (Vec::<i64>::new(), text.bytes().peekable());
-        while bytes.peek().is_some() {
-            let (mut value, mut shift) = (0, 0);
-            for byte in bytes.by_ref() {
-                let group = i64::from(byte - b'0');
-                value |= (group & 0x1f) << shift;
-                shift += 5;
-                if group & 0x20 == 0 {
-                    if group & 0x10 != 0 {
-                        value |= -1 << shift;
-                    }
-                    break;
-                }
-            }
-            if lengths.len() > 2 {
-                value += lengths[lengths.len() - 2];
-            }
-            lengths.push(value);
-        }
-        lengths
-    }
-
-    #[test]
-    fn masks_are_runs_of_columns_with_their_box_and_area() {
-        let (mask, size) = runs(&["....", ".##.", ".#.#"]);
-        assert_eq!((mask.area, mask.bounds()), (4, [1, 1, 3, 2]));
-        assert_eq!(decoded(&mask.counts(size)), [4, 2, 1, 1, 3, 1]);
-        let (whole, size) = runs(&["##", "##"]);
-        assert_eq!(
-            (decoded(&whole.counts(size)), whole.bounds()),
-            (vec![0, 4], [0, 0, 2, 2])
-        );
-        // As pycocotools encodes it.
-        assert_eq!(whole.counts(size), "04");
-    }
-
-    #[test]
-    fn long_and_shrinking_runs_come_back() {
-        let mut mask = Runs::default();
-        for at in (0..5000).chain([5001, 6000, 6001, 9000]) {
-            mask.add([at / 100, at % 100], 100);
-        }
-        let lengths = [0, 5000, 1, 1, 998, 2, 2998, 1, 999];
-        assert_eq!(decoded(&mask.counts([100, 100])), lengths);
-    }
-
-    #[test]
-    fn categories_are_names_without_the_number_at_their_end() {
-        let names = [
-            "chair.001",
-            "chair_2",
-            "chair",
-            "model/leg-12",
-            "ball 1",
-            "7",
-            "a/7",
-            "room2",
-            "a._1",
-        ];
-        let expected = ["chair", "chair", "chair", "model/leg", "ball", "7", "a/7", "room2", "a"];
-        assert_eq!(names.map(without_number), expected);
-    }
+/// The difference of the number of a picture from that of its frame, if it is one of the sequence of the plan.
+fn offset_in_sequence(image: &Image, plan: &Plan) -> Option<i64> {
+    let block = image.id.div_euclid(BLOCK).max(0);
+    [block, block + 1, 0]
+        .map(|block| block * BLOCK)
+        .into_iter()
+        .find(|offset| {
+            let frame = i32::try_from(image.id - offset);
+            frame.is_ok_and(|frame| picture_name(plan, frame) == image.file_name)
+        })
 }

@@ -1,25 +1,59 @@
 //! The content of `ids.json`: the names of what the passes of numbers show.
 
-use std::collections::HashMap;
+use std::{
+    borrow::Cow,
+    collections::{HashMap, HashSet},
+};
 
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
-use crate::scene::{MatteKind, NodeId, Part, Scene};
+use crate::{
+    batch::FrameFailure,
+    scene::{MatteKind, NodeId, Part, Scene},
+};
 
 /// Names in the order of their numbers, of which the first is 1, and the tree of the objects.
-#[derive(Serialize)]
+#[derive(PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "camelCase")]
-pub(super) struct Ids {
-    conventions: &'static str,
+pub(super) struct Names {
     object_id: Vec<String>,
     material_id: Vec<String>,
     instance_id: Vec<String>,
     tree: Vec<Branch>,
 }
 
+/// The file of a job whose frames have the same names.
+#[derive(Serialize)]
+pub(super) struct Ids {
+    conventions: &'static str,
+    #[serde(flatten)]
+    names: Names,
+}
+
+/// The file of a job whose frames show different models: their names, each with the frames that have them.
+#[derive(Serialize, Deserialize)]
+pub(super) struct IdsOfFrames {
+    conventions: Cow<'static, str>,
+    tables: Vec<Table>,
+}
+
+#[derive(Serialize, Deserialize)]
+struct Table {
+    frames: Vec<i32>,
+    #[serde(flatten)]
+    names: Names,
+}
+
+/// The names of frames so far.
+#[derive(Default)]
+pub(super) struct NamesOfFrames(Vec<Table>);
+
+const CONVENTIONS: &str = "the first name has the number 1; 0 is nothing; instanceId names the object of each copy; \
+                           parent and children are places in tree, from 0, and id is the number in objectId";
+
 /// An object or a node of its model file. Branches refer to each other by their places in the list, from 0, so that a file
 /// with deep nodes is as easy to read as others.
-#[derive(Serialize)]
+#[derive(PartialEq, Serialize, Deserialize)]
 struct Branch {
     name: String,
     /// The number in `objectId`; a node without geometry has none.
@@ -30,17 +64,19 @@ struct Branch {
 
 impl Ids {
     pub fn new(scene: &Scene) -> Self {
-        let mattes = scene.mattes();
-        let names = |kind| mattes.table(kind).mattes.iter().map(|matte| matte.name.clone());
-        let objects: Vec<String> = names(MatteKind::Object).collect();
-        let name = |part: &Part| match part.matte {
-            Some(matte) => objects[matte as usize].clone(),
-            None => scene.part_name(part.object, part.node),
-        };
-        let object_id: Vec<String> = mattes.parts().iter().map(name).collect();
         Self {
-            conventions: "the first name has the number 1; 0 is nothing; instanceId names the object of each copy; \
-                          parent and children are places in tree, from 0, and id is the number in objectId",
+            conventions: CONVENTIONS,
+            names: Names::new(scene),
+        }
+    }
+}
+
+impl Names {
+    pub fn new(scene: &Scene) -> Self {
+        let mattes = scene.mattes();
+        let object_id: Vec<String> = mattes.parts().iter().map(|part| scene.name_of(part)).collect();
+        let materials = mattes.table(MatteKind::Material).mattes.iter();
+        Self {
             instance_id: mattes
                 .parts_of_copies(scene)
                 .into_iter()
@@ -48,8 +84,63 @@ impl Ids {
                 .collect(),
             tree: tree(scene, mattes.parts()),
             object_id,
-            material_id: names(MatteKind::Material).collect(),
+            material_id: materials.map(|matte| matte.name.clone()).collect(),
         }
+    }
+}
+
+impl NamesOfFrames {
+    pub fn add(&mut self, frame: i32, names: Names) {
+        add(
+            &mut self.0,
+            Table {
+                frames: vec![frame],
+                names,
+            },
+        );
+    }
+
+    /// The file of these frames but for those that failed.
+    pub fn file(self, failures: &[FrameFailure]) -> IdsOfFrames {
+        let failed: HashSet<i32> = failures.iter().map(|failure| failure.frame).collect();
+        let mut file = IdsOfFrames {
+            conventions: format!("frames lists those that a table is for; {CONVENTIONS}").into(),
+            tables: self.0,
+        };
+        file.retain(|frame| !failed.contains(&frame));
+        file
+    }
+}
+
+/// Adds the frames of a table to those of the same names.
+fn add(tables: &mut Vec<Table>, other: Table) {
+    match tables.iter_mut().find(|table| table.names == other.names) {
+        Some(table) => table.frames.extend(other.frames),
+        None => tables.push(other),
+    }
+}
+
+impl IdsOfFrames {
+    /// Adds the frames of other jobs of the same sequence. Frames of this job replace theirs.
+    pub fn join(&mut self, mut others: Self) {
+        let own: HashSet<i32> = self
+            .tables
+            .iter()
+            .flat_map(|table| table.frames.iter().copied())
+            .collect();
+        others.retain(|frame| !own.contains(&frame));
+        others.tables.into_iter().for_each(|table| add(&mut self.tables, table));
+        self.retain(|_| true);
+    }
+
+    /// Keeps some of the frames, in rising order, and the tables that they have, in the order of their first frames.
+    fn retain(&mut self, is_kept: impl Fn(i32) -> bool) {
+        for table in &mut self.tables {
+            table.frames.retain(|frame| is_kept(*frame));
+            table.frames.sort_unstable();
+        }
+        self.tables.retain(|table| !table.frames.is_empty());
+        self.tables.sort_by_key(|table| table.frames[0]);
     }
 }
 

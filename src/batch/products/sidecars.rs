@@ -2,9 +2,9 @@
 
 use std::{fs, path::Path};
 
-use serde::Serialize;
+use serde::{Serialize, de::DeserializeOwned};
 
-use super::{coco::Instances, colmap, ids::Ids, metadata::Sidecar, transforms};
+use super::{coco::Coco, colmap, ids::Ids, labels::Labels, metadata::Sidecar, transforms};
 use crate::{
     assets::camera_path::transforms::Transforms,
     batch::{CameraRig, FrameFailure, InputHash, Plan},
@@ -12,13 +12,14 @@ use crate::{
     output::{Obstacle, OutputError, atomic, job_file::FolderGate},
     render::Cancel,
     scene::Scene,
+    warnings::WarningKind,
 };
 
 /// Writes the files beside the pictures of a plan, but for frames that `failures` names. A job that renders some frames of a
 /// sequence keeps what others have written of the other frames.
 pub(in crate::batch) fn write(
     (plan, inputs): (&Plan, InputHash),
-    (rig, scene, instances): (&CameraRig, &Scene, Option<Instances>),
+    (rig, scene, labels): (&CameraRig, &Scene, Labels),
     failures: &[FrameFailure],
     cancel: Option<&Cancel>,
 ) -> Result<(), Error> {
@@ -29,30 +30,69 @@ pub(in crate::batch) fn write(
     if let Some(path_of_transforms) = path(Sidecar::Transforms) {
         let mut own = transforms::of_job((plan, inputs), rig, failures)?;
         let _gate = FolderGate::close(&atomic::folder_of(&path_of_transforms), cancel);
-        if plan.is_chunk
-            && let Some(others) = transforms::read(&path_of_transforms, &plan.warnings)
-        {
-            transforms::join(&mut own, others, plan, &path_of_transforms);
+        let others = match plan.is_chunk {
+            true => transforms::read(&path_of_transforms),
+            false => Ok(None),
+        };
+        match others {
+            Ok(None) => {}
+            Ok(Some(others)) => transforms::join(&mut own, others, plan, &path_of_transforms),
+            Err(cause) => {
+                let path = path_of_transforms.display();
+                let text = format!("the frames of other jobs are lost, {cause}: {path}");
+                plan.warnings.add_live(WarningKind::LOST_FRAMES, path, text);
+            }
         }
         write_json(&path_of_transforms, &own)?;
         if let Some(images) = path(Sidecar::Colmap) {
             write_colmap(&atomic::folder_of(&images), &own)?;
         }
     }
-    if let (Some(path), Some(instances)) = (path(Sidecar::Coco), instances) {
-        let mut own = instances.file(scene, failures);
-        let _gate = FolderGate::close(&atomic::folder_of(&path), cancel);
-        if plan.is_chunk
-            && let Some(others) = transforms::read(&path, &plan.warnings)
+    if let (Some(path), Some(instances)) = (path(Sidecar::Coco), labels.instances) {
+        let mut own = instances.file(failures);
+        let folder = atomic::folder_of(&path);
+        let _gate = FolderGate::close(&folder, cancel);
+        if plan.files.keeps_labels
+            && let Some(others) = read(&path)?
         {
-            own.join(others, plan, &path);
+            own.join(others, plan, &folder);
         }
         write_json(&path, &own)?;
     }
-    if let Some(path) = path(Sidecar::Ids) {
-        write_json(&path, &Ids::new(scene))?;
+    match (path(Sidecar::Ids), labels.names) {
+        (None, _) => Ok(()),
+        (Some(path), None) => Ok(write_json(&path, &Ids::new(scene))?),
+        (Some(path), Some(names)) => {
+            let mut own = names.file(failures);
+            let _gate = FolderGate::close(&atomic::folder_of(&path), cancel);
+            if plan.is_chunk
+                && let Some(others) = read(&path)?
+            {
+                own.join(others);
+            }
+            Ok(write_json(&path, &own)?)
+        }
     }
-    Ok(())
+}
+
+/// Checks whether the labels of other jobs, which this one keeps, can be read.
+///
+/// # Errors
+/// A file of them is damaged.
+pub(in crate::batch) fn check(plan: &Plan) -> Result<(), Error> {
+    let has = |sidecar: &Sidecar| plan.files.sidecars.contains(sidecar) && plan.files.keeps_labels;
+    match Some(Sidecar::Coco).filter(has).and_then(|coco| plan.sidecar_path(coco)) {
+        Some(path) => read::<Coco>(&path).map(drop),
+        None => Ok(()),
+    }
+}
+
+/// The labels of other jobs in the file at `path`; `None` where there is none.
+fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, Error> {
+    transforms::read(path).map_err(|cause| Error::OtherLabels {
+        cause,
+        path: path.to_owned(),
+    })
 }
 
 fn write_json(path: &Path, content: &impl Serialize) -> Result<(), OutputError> {

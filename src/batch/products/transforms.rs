@@ -1,6 +1,6 @@
 //! The content of `transforms.json`: the cameras of a sequence.
 
-use std::{collections::HashSet, fs, path::Path};
+use std::{collections::HashSet, fs, io, path::Path};
 
 use serde::de::DeserializeOwned;
 
@@ -20,7 +20,7 @@ use crate::{
     film::Window,
     math::sorting,
     output::Value,
-    warnings::{WarningKind, Warnings},
+    warnings::WarningKind,
 };
 
 /// The name of the picture of a frame.
@@ -88,13 +88,18 @@ pub(super) fn of_job(
     })
 }
 
-/// The content of the file at `path`; `None` where there is none, or it is damaged.
-pub(super) fn read<T: DeserializeOwned>(path: &Path, warnings: &Warnings) -> Option<T> {
-    let text = path.is_file().then(|| fs::read(path).ok()).flatten()?;
-    let read = serde_json::from_slice(&text);
-    let lost = |cause| format!("the frames of other jobs are lost, {cause}: {}", path.display());
-    read.map_err(|cause| warnings.add_live(WarningKind::LOST_FRAMES, path.display(), lost(cause)))
-        .ok()
+/// What other parts of the job have written into the file at `path`; `None` where there is none.
+///
+/// # Errors
+/// The file is damaged; the text says how.
+pub(super) fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, String> {
+    match fs::read(path) {
+        Err(cause) if cause.kind() == io::ErrorKind::NotFound => Ok(None),
+        Err(cause) => Err(cause.to_string()),
+        Ok(text) => serde_json::from_slice(&text)
+            .map(Some)
+            .map_err(|cause| cause.to_string()),
+    }
 }
 
 /// Adds the frames of other jobs of the same sequence, in rising order. Frames of this job replace theirs.
