@@ -65,12 +65,13 @@ pub enum Error {
         cause: std::io::Error,
         path: PathBuf,
     },
-    #[error("{}: {name} is set by {other}, too", path.display())]
+    #[error("{}: {name} is set by {other}, too{}", path.display(), taken_out(*is_drawn, name))]
     SetTwice {
         path: PathBuf,
         name: String,
         /// The other source of the same value.
         other: String,
+        is_drawn: bool,
     },
     #[error("frame {frame} of the camera path: {cause}")]
     Pose { frame: i64, cause: PathError },
@@ -252,6 +253,14 @@ impl Error {
             Self::Busy(_) => Blame::Busy,
             Self::Cancelled(_) => Blame::Cancelled,
         }
+    }
+}
+
+/// The advice for a value that is drawn and has another source.
+fn taken_out(is_drawn: bool, name: &str) -> String {
+    match is_drawn {
+        true => format!(": --set random.{name}=none takes it out of those that are drawn"),
+        false => String::new(),
     }
 }
 

@@ -10,7 +10,7 @@ use super::{
     AssetError, Files, MemoryKind,
     image::{self, AlphaUse, BitmapKey, EncodedImage, ImageError},
     load_model::load_model,
-    model::{ImageSource, Model, ModelFeature},
+    model::{ImageSource, Model, ModelChoice, ModelFeature},
     motion::ModelClip,
 };
 pub use super::{image::ImageRequest, load_model::ModelRequest};
@@ -164,6 +164,20 @@ impl Store {
         let loaded = collect(parallel::map(once, load))?;
         let by_request: HashMap<_, _> = loaded.into_iter().collect();
         Ok(requests.iter().map(|r| Arc::clone(&by_request[r])).collect())
+    }
+
+    /// The names of the nodes and of the materials of a model file, which is not kept.
+    ///
+    /// # Errors
+    /// The file cannot be loaded.
+    pub fn names_of_parts(&self, path: &Path) -> Result<[Vec<String>; 2], AssetError> {
+        let request = ModelRequest {
+            path: path.to_owned(),
+            choice: ModelChoice::default(),
+        };
+        let model = load_model(&request, &self.files)?;
+        let materials = model.names_of_materials().into_iter().map(|(name, _)| name);
+        Ok([model.names_of_nodes(), materials.collect()])
     }
 
     /// The model of a file. What of it is not rendered is warned of, or is an error where the store is strict.

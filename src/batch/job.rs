@@ -11,7 +11,12 @@ use super::{
     Stale, Summary, Survey,
     frame_scenes::{Failed, ScenesOfFrame},
     plan::{
-        cameras::OwnCamera, fit::fitted, frame_rate::fps, path_size::sized, values::tables, view_cameras::view_bounds,
+        cameras::OwnCamera,
+        fit::fitted,
+        frame_rate::fps,
+        path_size::sized,
+        values::{of_parts, tables},
+        view_cameras::view_bounds,
     },
     products::{denoise, denoised, sidecars, targets},
     resume::checkpoint,
@@ -57,7 +62,7 @@ impl Job {
     pub fn open(path: &Path, request: &Request) -> Result<Self, Error> {
         let store = store(request);
         if is_model(path) {
-            let tables = tables(Err(path), request, store.files())?;
+            let tables = of_parts(tables(Err(path), request, store.files())?, path, &store)?;
             let options = ModelOptions {
                 overrides: &request.overrides,
                 tables: &tables,

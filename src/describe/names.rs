@@ -101,6 +101,16 @@ impl KnownNames {
         }
     }
 
+    /// The paths that `path`, whose second step stands for any name, has with each of the names; `None` where the first is no table of
+    /// the scene that has names.
+    pub fn each(&self, path: &[String]) -> Option<Vec<Vec<String>>> {
+        let [table, _, rest @ ..] = path else { return None };
+        let tables = NAMED.iter().zip(&self.named).chain(LISTED.iter().zip(&self.listed));
+        let (_, names) = tables.into_iter().find(|(what, _)| *what == table)?;
+        let whole = |name: &String| [&[table.clone(), name.clone()], rest].concat();
+        Some(names.names.iter().map(whole).collect())
+    }
+
     /// Returns `path` with each name as one step, and with the number of an element, from 0, in place of its name. `span` is that of
     /// the value.
     pub fn resolve<'p>(&self, path: &'p [String], span: &Span) -> Result<Vec<Cow<'p, str>>, Problem> {

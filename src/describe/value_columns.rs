@@ -1,6 +1,9 @@
 //! The columns of tables of values: which keys they name, how they move, and whether their values are right.
 
-use std::collections::{BTreeMap, HashMap};
+use std::{
+    collections::{BTreeMap, HashMap, HashSet},
+    sync::Arc,
+};
 
 use toml::de::DeTable;
 
@@ -50,6 +53,7 @@ impl Values {
             let (entity, key) = resolve(desc, &document, &known, path).ok()?;
             Some((entity, key.inner, path.join(".")))
         };
+        let given = &with_all_names(desc, (&document, &known), given, &mut faults);
         let set_for_the_job: Vec<(Entity, Vec<String>, String)> =
             desc.source.overrides.paths().filter_map(key).collect();
         let mut sources: Vec<(&ValueTable, &ValueColumn)> = Vec::new();
@@ -174,6 +178,42 @@ impl Values {
             faults.add(self.head(own), Problem::at(0..0, message));
         }
     }
+}
+
+/// The sources with a draw for each thing that a `*` in a name stands for, but for values that have a source of their own.
+fn with_all_names(
+    desc: &SceneDesc,
+    (document, known): (&DeTable<'_>, &KnownNames),
+    given: &[ValueSource],
+    faults: &mut Faults<'_>,
+) -> Vec<ValueSource> {
+    let key = |name: &str| {
+        let steps: Vec<String> = name.split('.').map(str::to_owned).collect();
+        let (entity, path) = resolve(desc, document, known, &steps).ok()?;
+        Some((entity, path.number()))
+    };
+    let own: HashSet<_> = given
+        .iter()
+        .flat_map(ValueSource::given_names)
+        .filter_map(key)
+        .collect();
+    let mut source = |source: &ValueSource| match source {
+        ValueSource::Random(random) if random.has_wildcards() => {
+            let expanded = random.expanded(|draw, steps| {
+                let names: Vec<String> = known.each(steps)?.iter().map(|steps| steps.join(".")).collect();
+                let found: Vec<_> = names.iter().filter_map(|name| Some((name, key(name)?))).collect();
+                if found.is_empty() && !names.is_empty() {
+                    let message = format!("no {} of the scene has this value", steps[0]);
+                    faults.add(format!("{}: {}", draw.origin, draw.name), Problem::at(0..0, message));
+                }
+                let found = found.into_iter().filter(|(_, key)| !own.contains(key));
+                Some(found.map(|(name, _)| name.clone()).collect())
+            });
+            ValueSource::Random(Arc::new(expanded))
+        }
+        other => other.clone(),
+    };
+    given.iter().map(&mut source).collect()
 }
 
 /// The curve of a column with numbers that are whole numbers, truths or names, which hold; `None` where its numbers move or all its cells

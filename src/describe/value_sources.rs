@@ -33,6 +33,16 @@ impl ValueSource {
         let columns = columns.iter().map(|column| column.name.as_str());
         columns.chain(draws.iter().map(|draw| draw.name.as_str()))
     }
+
+    /// The same with those that are not drawn.
+    pub(super) fn given_names(&self) -> impl Iterator<Item = &str> {
+        let left_out = match self {
+            Self::Table(_) => &[][..],
+            Self::Random(random) => &random.left_out[..],
+        };
+        self.names().chain(left_out.iter().map(String::as_str))
+    }
+
     /// The names of the columns, the place of each, and the columns.
     pub(super) fn columns(&self) -> Vec<(&str, String, SourceColumn<'_>)> {
         match self {

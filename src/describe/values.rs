@@ -183,6 +183,12 @@ impl Values {
         })
     }
 
+    /// Whether the value of this name is drawn.
+    pub fn draws(&self, name: &str) -> bool {
+        let own = self.columns.iter().find(|column| column.name == name);
+        own.is_some_and(|column| matches!(column.curve, Curve::Random(_)))
+    }
+
     /// The keys of the values, each by the steps from its entity.
     pub fn keys(&self) -> impl Iterator<Item = (Entity, &[String])> {
         self.columns

@@ -266,6 +266,10 @@ fn both_eyes_and_a_view_of_the_same_number_share_their_draws() {
         message.contains("r.toml: camera.perspective.eye.x is set by the views"),
         "{message}"
     );
+    // The message says how to go on.
+    let without = "random.camera.perspective.eye.x=none";
+    assert!(message.contains(&format!("--set {without} takes it out")), "{message}");
+    folder.succeed(&[&job[..], &views, &["--set", without]].concat());
     folder.write("r.toml", RANDOM);
     folder.succeed(&[&job[..], &views].concat());
     let pair = ["--stereo", "ipd=0.06", "--range", "1-3", "-o", "{eye}/####.exr"];
@@ -347,6 +351,63 @@ fn distributions_that_are_wrong_are_refused_with_their_line() {
         found.contains("random.seed") && found.contains("a seed is a whole number from 0"),
         "{found}"
     );
+}
+
+#[test]
+fn one_file_of_distributions_varies_what_models_have_whatever_they_call_it() {
+    let folder = Folder::new();
+    let triangles = "v -1 0 0\nv 1 0 0\nv 0 1 0\nv 0 2 0\n";
+    folder.write("m.mtl", "newmtl red\nKd 1 0 0\nnewmtl blue\nKd 0 0 1\n");
+    folder.write(
+        "a.obj",
+        &format!("mtllib m.mtl\n{triangles}usemtl red\nf 1 2 3\nusemtl blue\nf 1 2 4\n"),
+    );
+    folder.write("b.obj", &format!("mtllib m.mtl\n{triangles}usemtl blue\nf 1 2 3\n"));
+    for scene in ["a", "b"] {
+        folder.write(
+            &format!("{scene}.random.toml"),
+            "\"material.*.base_color\" = [[0, 0, 0], [1, 1, 1]]\n\"object.*.transform.rotate.y\" = [0, 20]\n",
+        );
+    }
+    let job = [
+        "a.obj",
+        "b.obj",
+        "--range",
+        "1-2",
+        "--resolution",
+        "16x12",
+        "--samples",
+        "1",
+        "-q",
+    ];
+    let files = [
+        "--random",
+        "{scene}.random.toml",
+        "--metadata",
+        "transforms",
+        "-o",
+        "{scene}/####.png",
+    ];
+    folder.succeed(&[&job[..], &files].concat());
+    let values = |scene: &str| {
+        let frames = transforms(&folder, &format!("{scene}/transforms.json"));
+        frames[0]["values"].as_object().expect("a table").clone()
+    };
+    let names = |scene: &str| values(scene).keys().cloned().collect::<Vec<_>>();
+    assert_eq!(
+        names("a"),
+        [
+            "material.blue.base_color",
+            "material.red.base_color",
+            "object.a.transform.rotate.y"
+        ]
+    );
+    assert_eq!(names("b"), ["material.blue.base_color", "object.b.transform.rotate.y"]);
+    let own = values("a");
+    assert_ne!(own["material.blue.base_color"], own["material.red.base_color"]);
+    let red = ["--set", "random.material.red.base_color=none"];
+    folder.succeed(&[&job[..], &files, &red].concat());
+    assert_eq!(names("a"), ["material.blue.base_color", "object.a.transform.rotate.y"]);
 }
 
 #[test]

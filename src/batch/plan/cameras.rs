@@ -153,6 +153,7 @@ fn middle_cameras(
                 path: table.clone(),
                 name: name.to_owned(),
                 other,
+                is_drawn: values.is_some_and(|values| values.draws(name)),
             });
         }
     }
@@ -243,6 +244,7 @@ fn refuse_camera_values(values: Option<&Values>, is_one: fn(&str) -> bool, other
             path: table.clone(),
             name: name.to_owned(),
             other: other.to_owned(),
+            is_drawn: values.is_some_and(|values| values.draws(name)),
         }),
     }
 }

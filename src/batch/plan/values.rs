@@ -4,10 +4,11 @@ use std::{borrow::Cow, collections::HashMap, path::Path, sync::Arc};
 
 use crate::{
     assets::{
-        Files,
+        Files, Store,
         camera_path::{self, CameraPathFormat, ValueColumns, load_values},
     },
     batch::{DenoiseOptions, Request},
+    compile,
     describe::{RandomDesc, SceneDesc, ValueFile, ValueSource, Values},
     error::Error,
 };
@@ -57,6 +58,26 @@ pub(in crate::batch) fn tables(
     Ok(sources)
 }
 
+/// The sources with a draw for each node and each material of the model at `path` that a `*` stands for.
+pub(in crate::batch) fn of_parts(
+    sources: Vec<ValueSource>,
+    path: &Path,
+    store: &Store,
+) -> Result<Vec<ValueSource>, Error> {
+    let mut names: Option<[Vec<String>; 2]> = None;
+    let mut own = |source: ValueSource| match source {
+        ValueSource::Random(random) if random.has_wildcards() => {
+            let [nodes, materials] = match &mut names {
+                Some(names) => names,
+                names => names.insert(store.names_of_parts(path).map_err(compile::Error::from)?),
+            };
+            Ok(ValueSource::Random(Arc::new(random.of_parts(nodes, materials))))
+        }
+        other => Ok(other),
+    };
+    sources.into_iter().map(&mut own).collect()
+}
+
 /// The request of a job with these sources. Frames whose values are drawn each by itself do not help to denoise each other.
 pub(in crate::batch) fn independent<'r>(request: &'r Request, sources: &[ValueSource]) -> Cow<'r, Request> {
     let are_drawn = sources.iter().any(|source| matches!(source, ValueSource::Random(_)));
@@ -80,6 +101,7 @@ pub(in crate::batch) fn values(desc: &SceneDesc, sources: &[ValueSource]) -> Res
                     path: source.path().to_owned(),
                     name: name.to_owned(),
                     other: other.display().to_string(),
+                    is_drawn: matches!(source, ValueSource::Random(_)),
                 });
             }
         }

@@ -37,6 +37,11 @@ pub(super) fn is_distribution(table: &DeTable<'_>) -> bool {
     LAWS.iter().any(is_law)
 }
 
+/// Whether a value says that nothing is drawn.
+pub(super) fn is_none(value: &Value<'_>) -> bool {
+    value.get_ref().as_str() == Some("none")
+}
+
 /// Reads a distribution.
 ///
 /// # Errors

@@ -264,3 +264,68 @@ fn a_value_with_a_part_that_is_set_for_the_whole_job_is_refused() {
     let set = values(&scene(random, &whole)).unwrap_or_else(|e| panic!("{e}"));
     assert_eq!(set.drawn_at(1).count(), 0, "what is set is not drawn");
 }
+
+#[test]
+fn a_wildcard_draws_each_thing_that_has_the_value_by_itself_unless_it_has_a_source_of_its_own() {
+    let more = |random: &str| {
+        let text = SCENE.replace("[random]\n", "");
+        let others = "[[object]]\nmaterial = 'm'\nshape.sphere = { radius = 2 }\n\
+                      [[object]]\nname = 'floor'\nmaterial = 'm'\nshape.plane = { point = [0, 0, 0], normal = [0, 1, 0] }\n\
+                      [[light]]\nsun = { direction = [0, -1, 0], irradiance = 1 }\n";
+        let source = Source::new("s.toml".into(), format!("{text}{others}[random]\n{random}\n"));
+        values(&parse(source).unwrap_or_else(|e| panic!("{e}")))
+    };
+    let drawn = |random: &str| -> Vec<(String, String)> {
+        let values = more(random).unwrap_or_else(|e| panic!("{random}: {e}"));
+        values.drawn_at(3).map(|(name, text)| (name.to_owned(), text)).collect()
+    };
+    let radii = drawn("'object.*.shape.sphere.radius' = [1, 2]");
+    let names: Vec<&str> = radii.iter().map(|(name, _)| name.as_str()).collect();
+    assert_eq!(
+        names,
+        ["object.ball.shape.sphere.radius", "object.object 2.shape.sphere.radius"]
+    );
+    assert_ne!(radii[0].1, radii[1].1);
+    // By its own name the value is the same.
+    assert_eq!(drawn("object.ball.shape.sphere.radius = [1, 2]"), radii[..1]);
+    let names = |random: &str| -> Vec<String> { drawn(random).into_iter().map(|(name, _)| name).collect() };
+    assert_eq!(names("'object.*.material' = ['m']").len(), 3);
+    assert_eq!(
+        names("'object.*.material' = ['m']\n'object.floor.material' = 'none'\nobject.0.material = ['m']"),
+        ["object.0.material", "object.object 2.material"]
+    );
+    assert_eq!(
+        names("'light.*.point.intensity' = [1, 2]"),
+        ["light.key.point.intensity"]
+    );
+    for (random, message) in [
+        (
+            "'light.*.spot.intensity' = [1, 2]",
+            "s.toml:23: light.*.spot.intensity: no light of the scene has this value",
+        ),
+        ("'object.*.shape.sphere.radios' = [1, 2]", "unknown key `radios`"),
+        ("'camera.*.fov' = [1, 2]", "camera.*.fov"),
+    ] {
+        let found = more(random).map(drop).expect_err(random);
+        assert!(found.contains(message), "{random}: {found}");
+    }
+}
+
+#[test]
+fn a_value_that_is_drawn_can_be_taken_out_by_a_flag_in_whichever_form_it_is_written() {
+    for random in [
+        "light.key.point.intensity = [1, 10]",
+        "'light.key.point.intensity' = { log = [1, 10] }",
+    ] {
+        let none = Overrides::default().with("random.light.key.point.intensity", "none");
+        let desc = scene(&format!("object.ball.shape.sphere.radius = [1, 2]\n{random}"), &none);
+        let values = values(&desc).unwrap_or_else(|e| panic!("{e}"));
+        let names: Vec<&str> = values.drawn_at(1).map(|(name, _)| name).collect();
+        assert_eq!(names, ["object.ball.shape.sphere.radius"]);
+    }
+    let read = read("'light.key.point.intensity' = 'none'\n").expect("a table");
+    assert_eq!(
+        (names(&read).len(), &read.left_out[..]),
+        (0, &["light.key.point.intensity".to_owned()][..])
+    );
+}
