@@ -146,6 +146,9 @@ fn fill_guide(sums: &[f32], guide: &mut [u32]) {
     }
 }
 
+/// The number of cells that [`find`] compares at once.
+const COUNTED: usize = 4;
+
 #[inline]
 fn find(sums: &[f32], guide: &[u32], u: f32) -> SampledCell {
     let n = sums.len();
@@ -153,9 +156,14 @@ fn find(sums: &[f32], guide: &[u32], u: f32) -> SampledCell {
     let k = ((u * n as f32) as usize).min(n - 1);
     let k = if u < k as f32 / n as f32 { k - 1 } else { k };
     let (from, to) = (guide[k] as usize, guide[(k + 2).min(n)] as usize);
-    // A few at most, most of the time: a search from below is faster than one by halves.
-    let above = sums[from..to].iter().position(|s| *s > u);
-    let index = above.map_or(to, |i| from + i).min(n - 1);
+    // A few at most, most of the time, and how many is unpredictable: the first ones are counted without a branch.
+    let index = match sums.get(from..from + COUNTED) {
+        Some(first) if first[COUNTED - 1] > u => from + first.iter().filter(|s| **s <= u).count(),
+        _ => {
+            let above = sums[from..to].iter().position(|s| *s > u);
+            above.map_or(to, |i| from + i).min(n - 1)
+        }
+    };
     let pmf = pmf(sums, index);
     let below = sums[index] - pmf;
     SampledCell {
