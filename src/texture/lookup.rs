@@ -90,7 +90,9 @@ impl Lookup<'_> {
             let step = |duv| side.st(solid.step(self.at, duv).as_dvec3()).as_vec2();
             return self.at.footprint.map(step);
         }
-        texture.mapping.footprint(self.at).map(|d| texture.transform.vector(d))
+        // Not a map of the array, which is a call.
+        let [a, b] = texture.mapping.footprint(self.at);
+        [texture.transform.vector(a), texture.transform.vector(b)]
     }
 
     /// Whether the point has no footprint.

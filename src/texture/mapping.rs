@@ -264,25 +264,32 @@ impl Mapping {
     }
 
     /// The footprint around `at` in s and t: what its axes become.
+    #[inline]
     pub fn footprint(&self, at: &TexturePoint) -> [Vec2; 2] {
-        at.footprint.map(|duv| {
-            let dp = at.dpdu * duv.x + at.dpdv * duv.y;
-            let dn = dp * at.curvature;
-            // Of asin; steep without bound at the rim.
-            let slope = |x: f32| 1.0 / (PI * (1.0 - x * x).max(1e-6).sqrt());
-            match self {
-                Self::Uv => duv,
-                Self::SecondUv => at.vertex.second_per_uv[0] * duv.x + at.vertex.second_per_uv[1] * duv.y,
-                Self::Planar { s, t } => Vec2::new(s.slope(dp), t.slope(dp)),
-                Self::Spherical => {
-                    let r2 = (at.n.x * at.n.x + at.n.z * at.n.z).max(1e-6);
-                    let turn = (at.n.x * dn.z - at.n.z * dn.x) / (TAU * r2);
-                    Vec2::new(turn, dn.y * slope(at.n.y))
-                }
-                Self::Asin => Vec2::new(dn.x * slope(at.n.x), dn.y * slope(at.n.y)),
-                Self::Solid(solid) | Self::Triplanar(Triplanar { solid, .. }) => solid.step(at, duv).truncate(),
+        if let Self::Uv = self {
+            return at.footprint;
+        }
+        at.footprint.map(|duv| self.step(at, duv))
+    }
+
+    /// The change of s and t over the step `duv`.
+    fn step(&self, at: &TexturePoint, duv: Vec2) -> Vec2 {
+        let dp = at.dpdu * duv.x + at.dpdv * duv.y;
+        let dn = dp * at.curvature;
+        // Of asin; steep without bound at the rim.
+        let slope = |x: f32| 1.0 / (PI * (1.0 - x * x).max(1e-6).sqrt());
+        match self {
+            Self::Uv => duv,
+            Self::SecondUv => at.vertex.second_per_uv[0] * duv.x + at.vertex.second_per_uv[1] * duv.y,
+            Self::Planar { s, t } => Vec2::new(s.slope(dp), t.slope(dp)),
+            Self::Spherical => {
+                let r2 = (at.n.x * at.n.x + at.n.z * at.n.z).max(1e-6);
+                let turn = (at.n.x * dn.z - at.n.z * dn.x) / (TAU * r2);
+                Vec2::new(turn, dn.y * slope(at.n.y))
             }
-        })
+            Self::Asin => Vec2::new(dn.x * slope(at.n.x), dn.y * slope(at.n.y)),
+            Self::Solid(solid) | Self::Triplanar(Triplanar { solid, .. }) => solid.step(at, duv).truncate(),
+        }
     }
 }
 
