@@ -255,7 +255,9 @@ fn the_frames_of_another_resolution_that_transforms_lose_are_a_warning() {
     folder.succeed(&[&job[..], &["1"]].concat());
     let other = crate::common::stderr(&folder.run(&[&job[..], &["2", "--resolution", "8x4"]].concat()));
     assert!(
-        other.contains("their pictures have 16x8 pixels, those of this job 8x4: transforms.json"),
+        other.contains(
+            "1 frame of other jobs is lost: their pictures have 16x8 pixels, those of this job 8x4: transforms.json"
+        ),
         "{other}"
     );
 }

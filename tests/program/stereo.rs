@@ -270,6 +270,7 @@ fn what_works_on_one_camera_is_refused_for_pictures_of_both_eyes() {
         let job = ["a.toml", "--stereo", "ipd=0.06,layout=top-bottom", "-o", "f.exr"];
         let said = folder.fail(2, &[&job[..], flags, &SMALL[..]].concat());
         let expected = format!("--stereo with layout=top-bottom: {named}");
+        assert!(said.contains(" can only work on the picture of one eye"), "{said}");
         assert!(said.contains(&expected) && said.contains("{eye}"), "{said}");
     }
     let job = [

@@ -25,7 +25,7 @@ pub(in crate::batch) fn check(request: &Request) -> Result<(), Error> {
     match refused.into_iter().find(|(_, is_there)| *is_there) {
         None => Ok(()),
         Some((flag, _)) => Err(Error::Usage(format!(
-            "--stereo with layout={}: {flag} works on the picture of one eye: render each eye into files of its own (-o '{{eye}}/####.exr')",
+            "--stereo with layout={}: {flag} can only work on the picture of one eye: render each eye into files of its own (-o '{{eye}}/####.exr')",
             second.layout
         ))),
     }

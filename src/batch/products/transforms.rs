@@ -114,9 +114,13 @@ pub(super) fn join(own: &mut Transforms, others: Transforms, plan: &Plan, path: 
         )
     };
     if head(own) != head(&others) {
-        let (frames, path) = (others.frames.len(), path.display());
+        let path = path.display();
+        let frames = match others.frames.len() {
+            1 => "1 frame of other jobs is".to_owned(),
+            count => format!("{count} frames of other jobs are"),
+        };
         let text = format!(
-            "the {frames} frames of other jobs are lost: their pictures have {}x{} pixels, those of this job {}x{}: {path}",
+            "{frames} lost: their pictures have {}x{} pixels, those of this job {}x{}: {path}",
             others.w, others.h, own.w, own.h
         );
         plan.warnings.add_live(WarningKind::LOST_FRAMES, path, text);
