@@ -137,8 +137,7 @@ impl Replay {
 
     /// The line for a shell, which begins with this program.
     pub fn shell_line(self) -> String {
-        let words: Vec<String> = self.command_line().iter().map(quoted).collect();
-        words.join(" ")
+        shell_line(self.command_line())
     }
 }
 
@@ -181,7 +180,38 @@ fn positional(path: &OsStr) -> OsString {
     }
 }
 
-/// The word for a shell. A word that is not UTF-8 becomes `$'...'` with octal numbers.
+/// The words for the shell of this system: on Windows for its command prompt and PowerShell.
+pub fn shell_line(words: impl IntoIterator<Item = impl AsRef<OsStr>>) -> String {
+    let word = |word| match cfg!(windows) {
+        true => windows_quoted(word),
+        false => quoted(word),
+    };
+    let words: Vec<String> = words.into_iter().map(word).collect();
+    words.join(" ")
+}
+
+/// The word for the command prompt. PowerShell reads it alike if it has neither `$`, a backquote nor a quote.
+fn windows_quoted(word: impl AsRef<OsStr>) -> String {
+    let text = word.as_ref().to_string_lossy();
+    let is_plain = |c: char| c.is_ascii_alphanumeric() || "-_=+./\\:#".contains(c);
+    if !text.is_empty() && !text.starts_with('#') && text.chars().all(is_plain) {
+        return text.into_owned();
+    }
+    // Programs take backslashes before a quote by twos.
+    let (mut quoted, mut backslashes) = (String::from('"'), 0);
+    for c in text.chars() {
+        if c == '"' {
+            quoted.extend(std::iter::repeat_n('\\', backslashes + 1));
+        }
+        backslashes = if c == '\\' { backslashes + 1 } else { 0 };
+        quoted.push(c);
+    }
+    quoted.extend(std::iter::repeat_n('\\', backslashes));
+    quoted.push('"');
+    quoted
+}
+
+/// The word for a shell of Unix. A word that is not UTF-8 becomes `$'...'` with octal numbers.
 pub fn quoted(word: impl AsRef<OsStr>) -> String {
     let word = word.as_ref();
     match word.to_str() {
@@ -321,6 +351,24 @@ mod tests {
             "--x=f.####.exr",
         ] {
             assert_eq!(shlex::split(&quoted(word)), Some(vec![word.to_owned()]));
+        }
+    }
+
+    #[test]
+    fn words_for_windows_have_double_quotes_and_plain_backslashes() {
+        let cases = [
+            ("C:\\out\\f.####.exr", "C:\\out\\f.####.exr"),
+            ("C:\\my out\\", "\"C:\\my out\\\\\""),
+            (
+                "--stereo=ipd=0.063,convergence=2",
+                "\"--stereo=ipd=0.063,convergence=2\"",
+            ),
+            ("a=\\\"b\"", "\"a=\\\\\\\"b\\\"\""),
+            ("f.%04d.png", "\"f.%04d.png\""),
+            ("", "\"\""),
+        ];
+        for (word, expected) in cases {
+            assert_eq!(windows_quoted(word), expected);
         }
     }
 

@@ -5,7 +5,7 @@ use std::{fmt::Write, time::Duration};
 use super::{
     figure_files::PAGE,
     figures::{Report, SceneReport, State, Status},
-    replay::quoted,
+    replay::shell_line,
     report_page::{STYLE, escape, refresh},
     summary::{plural, seconds},
 };
@@ -41,7 +41,6 @@ pub fn scenes_page<'a>(
     wall: Duration,
     scenes: impl Iterator<Item = (&'a SceneReport, Option<&'a SceneRow>)> + Clone,
 ) -> String {
-    let command: Vec<String> = std::env::args_os().map(|word| quoted(&word)).collect();
     let count = |wanted| scenes.clone().filter(|(scene, _)| scene.state == wanted).count();
     let (total, [finished, failed]) = (scenes.clone().count(), [State::Finished, State::Failed].map(count));
     let mut out = String::new();
@@ -57,7 +56,7 @@ pub fn scenes_page<'a>(
         seconds(wall),
         finished + failed,
         env!("CARGO_PKG_VERSION"),
-        escape(&command.join(" ")),
+        escape(&shell_line(std::env::args_os())),
         scenes = plural(total, noun),
         state = state.name(),
     );

@@ -60,7 +60,7 @@ pub fn run(args: &SubmitArgs, simd: Isa) -> anyhow::Result<()> {
         openjd::check(&task)?;
     }
     fs::create_dir_all(&args.bundle).map_err(|source| cannot_create(source, &args.bundle))?;
-    let bundle = fs::canonicalize(&args.bundle).with_context(|| format!("cannot find {}", args.bundle.display()))?;
+    let bundle = std::path::absolute(&args.bundle).with_context(|| format!("cannot find {}", args.bundle.display()))?;
     let files = match args.engine {
         Engine::Openjd => vec![("template.yaml", openjd::template(&task))],
         Engine::Slurm => {

@@ -57,9 +57,11 @@ fn statuses(stats: &serde_json::Value) -> Vec<&str> {
 }
 
 /// Sets whether a file may be written.
-fn set_writable(folder: &Folder, name: &str, mode: u32) {
-    use std::os::unix::fs::PermissionsExt;
-    fs::set_permissions(folder.path(name), fs::Permissions::from_mode(mode)).expect("set");
+fn set_writable(folder: &Folder, name: &str, is_writable: bool) {
+    let path = folder.path(name);
+    let mut permissions = fs::metadata(&path).expect("a file").permissions();
+    permissions.set_readonly(!is_writable);
+    fs::set_permissions(path, permissions).expect("set");
 }
 
 #[test]
@@ -260,7 +262,7 @@ fn frames_beside_a_failed_one_are_denoised_and_made_anew_once_it_is_there() {
     folder.succeed(&words(&[JOB, "-q -o whole/f.#.exr"]));
     fs::create_dir_all(folder.path("o/noisy")).expect("made");
     folder.write("o/noisy/f.2.exr", "");
-    set_writable(&folder, "o/noisy/f.2.exr", 0o444);
+    set_writable(&folder, "o/noisy/f.2.exr", false);
     let job = words(&[JOB, "-o o/f.#.exr --retries 0 --stats s.json"]);
     let output = folder.run(&job);
     let (said, message) = (String::from_utf8_lossy(&output.stdout).into_owned(), stderr(&output));
@@ -280,7 +282,7 @@ fn frames_beside_a_failed_one_are_denoised_and_made_anew_once_it_is_there() {
         names(&folder.path("o")),
         ["f.1.exr", "f.3.exr", "f.4.exr", "f.5.exr", "noisy"]
     );
-    set_writable(&folder, "o/noisy/f.2.exr", 0o644);
+    set_writable(&folder, "o/noisy/f.2.exr", true);
     folder.succeed(&[&job[..], &["--skip-existing"]].concat());
     let is_whole = |i: i32| folder.read(&format!("o/f.{i}.exr")) == folder.read(&format!("whole/f.{i}.exr"));
     assert!((1..=5).all(is_whole));
@@ -290,7 +292,7 @@ fn frames_beside_a_failed_one_are_denoised_and_made_anew_once_it_is_there() {
 fn a_denoised_file_that_cannot_be_written_is_the_failure_of_its_frame() {
     let folder = folder();
     folder.write("f.2.exr", "");
-    set_writable(&folder, "f.2.exr", 0o444);
+    set_writable(&folder, "f.2.exr", false);
     let job = words(&[JOB, "-q -o f.#.exr --retries 0"]);
     let message = folder.fail(1, &job);
     assert!(
@@ -366,6 +368,7 @@ fn a_filter_whose_library_is_missing_ends_the_job_before_the_first_ray() {
     folder.succeed(&words(&[job, "--denoise-step render --integrator path"]));
 }
 
+#[cfg(unix)]
 #[test]
 fn a_stopped_job_is_interrupted_in_its_figures_and_counts_denoised_frames() {
     let folder = folder();

@@ -204,6 +204,8 @@ fn names_with_control_characters_reach_no_script() {
     assert!(!folder.path("b\nexit/frames.sbatch").exists());
 }
 
+/// Slurm runs on Unix alone: a folder with backslashes is refused.
+#[cfg(unix)]
 #[test]
 fn an_array_that_many_clusters_refuse_is_warned_of() {
     let folder = prepared();

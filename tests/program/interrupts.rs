@@ -1,7 +1,5 @@
 //! Frames that are interrupted: cut short by a limit of time, kept and gone on from, shown as they stand; and jobs that meet.
 
-#![cfg(unix)]
-
 use std::{
     fs,
     process::{Child, Stdio},
@@ -41,6 +39,7 @@ fn start(folder: &Folder, args: &[&str]) -> Child {
         .expect("the program starts")
 }
 
+#[cfg(unix)]
 fn signal(child: &Child, name: &str) {
     let status = std::process::Command::new("kill")
         .args([&format!("-{name}"), &child.id().to_string()])
@@ -182,6 +181,7 @@ fn an_adaptive_frame_that_is_killed_goes_on_with_the_same_bits() {
     }
 }
 
+#[cfg(unix)]
 #[test]
 fn sigterm_keeps_the_frame_where_checkpoints_are_asked_for() {
     let (whole, folder) = (folder(), folder());
@@ -209,6 +209,7 @@ fn sigterm_keeps_the_frame_where_checkpoints_are_asked_for() {
     assert!(!folder.path("f.exr.checkpoint").exists());
 }
 
+#[cfg(unix)]
 #[test]
 fn sigusr1_shows_the_frame_as_it_stands_and_changes_no_bit() {
     let (whole, folder) = (folder(), folder());

@@ -22,7 +22,6 @@ mod cryptomatte;
 mod cube;
 mod datasets;
 mod denoise;
-#[cfg(unix)]
 mod denoise_jobs;
 mod docs;
 mod encodings;

@@ -162,10 +162,11 @@ fn denoised_frames_are_files_of_the_job() {
     let over = [&job[..], &["-o", "./tex.####.exr"]].concat();
     refused(&folder, &over, "is a file that the job reads");
     let listed = folder.succeed(&[&job[..], &["-o", "d/f.#.exr", "--metadata", "ids", "--dry-run"]].concat());
-    let paths =
-        ["d/noisy/f.1.exr", "d/f.1.exr", "d/ids.json"].map(|path| path.replace('/', std::path::MAIN_SEPARATOR_STR));
-    let expected = format!("1\t{}\t{}\n-\t{}\n", paths[0], paths[1], paths[2]);
-    assert!(listed.starts_with(&expected), "{listed}");
+    let listed = listed.replace(std::path::MAIN_SEPARATOR_STR, "/");
+    assert!(
+        listed.starts_with("1\td/noisy/f.1.exr\td/f.1.exr\n-\td/ids.json\n"),
+        "{listed}"
+    );
     fs::create_dir(folder.path("d")).expect("made");
     folder.write("d/f.1.exr", "keep");
     let message = folder.fail(73, &[&job[..], &["-o", "d/f.#.exr", "--fail-existing"]].concat());

@@ -60,8 +60,24 @@ fn says_what_is_wrong(scene: &Path) -> Result<(), Failed> {
         fs::write(&expected_file, &stderr)?;
     }
     let expected = fs::read_to_string(&expected_file)?;
-    if expected != stderr {
+    if of_any_system(&expected) != of_any_system(&stderr) {
         return Err(format!("--- expected\n{expected}\n--- found\n{stderr}").into());
     }
     Ok(())
+}
+
+/// The message without what systems say differently: separators of paths, the name of the program, and that there is no such file.
+fn of_any_system(message: &str) -> String {
+    if !cfg!(windows) {
+        return message.to_owned();
+    }
+    let message = message.replace('\\', "/").replace("batch-render.exe", "batch-render");
+    let lines = message.lines().map(|line| match line.split_once(" (os error 2)") {
+        Some((before, after)) => {
+            let (what, _) = before.rsplit_once(": ").unwrap_or((before, ""));
+            format!("{what}: not found{after}")
+        }
+        None => line.to_owned(),
+    });
+    lines.collect::<Vec<_>>().join("\n")
 }

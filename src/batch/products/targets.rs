@@ -204,14 +204,18 @@ impl Folders {
         }
     }
 
-    /// The place of a file that need not exist, its folder and its name: equal for all names and symbolic links of it. Other hard
-    /// links are other places, since files are replaced as a whole.
+    /// The place of a file that need not exist, its folder and its name (on Windows in lower case): equal for all names and symbolic
+    /// links of it. Other hard links are other places, since files are replaced as a whole.
     fn place(&mut self, path: &Path, may_exist: bool) -> (usize, OsString) {
         let target = match may_exist {
             true => atomic::target_of(path).unwrap_or_else(|_| path.to_owned()),
             false => path.to_owned(),
         };
-        let name = target.file_name().unwrap_or_default().to_owned();
+        let name = target.file_name().unwrap_or_default();
+        let name = match cfg!(windows) {
+            true => name.to_string_lossy().to_lowercase().into(),
+            false => name.to_owned(),
+        };
         (self.folder(atomic::folder_of(&target)).place, name)
     }
 }
@@ -237,8 +241,10 @@ fn without_links(folder: &Path) -> PathBuf {
 }
 
 /// The identity of a file: equal for all its names.
-#[cfg(unix)]
+#[cfg(any(unix, windows))]
 type Identity = (u64, u64);
+#[cfg(not(any(unix, windows)))]
+type Identity = PathBuf;
 
 /// The device and the number of an existing file.
 #[cfg(unix)]
@@ -248,12 +254,15 @@ fn identity(path: &Path) -> Option<Identity> {
     Some((file.dev(), file.ino()))
 }
 
-/// The identity of a file: its path without links.
-#[cfg(not(unix))]
-type Identity = PathBuf;
+/// The volume and the number of an existing file.
+#[cfg(windows)]
+fn identity(path: &Path) -> Option<Identity> {
+    let (volume, number) = crate::windows::file_identity(path)?;
+    Some((volume.into(), number))
+}
 
 /// The path of an existing file without links.
-#[cfg(not(unix))]
+#[cfg(not(any(unix, windows)))]
 fn identity(path: &Path) -> Option<Identity> {
     fs::canonicalize(path).ok()
 }
@@ -292,6 +301,14 @@ mod tests {
         }
         let over = compare(&[path("new"), path("a/../a/old")], &[path("a/old")]);
         assert!(matches!(over, Err(Error::OverwritesInput { .. })));
+    }
+
+    #[cfg(windows)]
+    #[test]
+    fn names_are_compared_without_case() {
+        let home = tempfile::tempdir().unwrap();
+        let twice = compare(&["New", "nEW"].map(|name| home.path().join(name)), &[]);
+        assert!(matches!(twice, Err(Error::WrittenTwice { .. })));
     }
 
     #[cfg(unix)]
