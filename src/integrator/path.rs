@@ -4,7 +4,7 @@
 //! |---|---|---|---|
 //! | `max_depth` | longest path, in ray segments from the camera, at least 1 | | 8 |
 //! | `max_diffuse`, `max_specular`, `max_transmission` | how many scattering events of the kind a path may have | | only `max_depth` |
-//! | `roulette_depth` | segments after which Russian roulette may end paths: those that carry less than a third of the light in proportion to it, and one in 50 others. This adds no bias | | 2 |
+//! | `roulette_depth` | segments after which Russian roulette may end paths: those that carry less than a quarter of the light in proportion to it, and one in 50 others. This adds no bias | | 4 |
 //! | `clamp_direct` | number above 0: limit of the light that comes from a light or the background by way of one surface alone | W m^-2 sr^-1 | no limit |
 //! | `clamp_indirect` | number above 0: limit of a path's light after two surfaces or more. It trades fireflies for lost light | W m^-2 sr^-1 | no limit |
 //! | `strategy` | `"mis"`, `"light"` or `"bsdf"`: how direct light is sampled. All converge to the same picture, with different noise | | `"mis"` |
@@ -80,7 +80,7 @@ impl PathDesc {
                 straight: u8::MAX,
                 ray: RayKind::default(),
             },
-            roulette_depth: self.roulette_depth.map_or(2, |d| d.0),
+            roulette_depth: self.roulette_depth.map_or(4, |d| d.0),
             clamp_direct: self.clamp_direct.map(|c| c.0),
             clamp_indirect: self.clamp_indirect.map(|c| c.0),
         };

@@ -22,9 +22,8 @@ pub struct PathLimits {
 }
 
 /// The throughput below which the survival probability is proportional to the throughput. Source: Veach, "Robust Monte Carlo
-/// Methods for Light Transport Simulation", 1997, section 10.4. In four rooms, 1/3 has less noise in the same time
-/// than 1/4, 1/2 and 1.
-const DIM: f32 = 1.0 / 3.0;
+/// Methods for Light Transport Simulation", 1997, section 10.4.
+const DIM: f32 = 0.25;
 /// The largest survival probability, so that paths between mirrors end.
 const MAX_SURVIVAL: f32 = 0.98;
 
