@@ -30,6 +30,8 @@ pub fn start(args: &Args) {
     tracing_subscriber::fmt()
         .with_max_level(level)
         .with_writer(std::io::stderr)
+        // It would panic where nobody reads stderr.
+        .log_internal_errors(false)
         .event_format(OneLine)
         .init();
 }

@@ -384,6 +384,18 @@ fn a_closed_pipe_is_no_panic() {
 }
 
 #[test]
+fn nobody_has_to_read_the_log() {
+    let folder = prepared();
+    let args = quick(&["s.toml", "--frames", "path.csv", "-vv", "-o", "f.####.png"]);
+    let mut program = folder.program();
+    program.args(args).stdout(Stdio::null()).stderr(Stdio::piped());
+    let mut child = program.spawn().unwrap();
+    drop(child.stderr.take());
+    assert_eq!(child.wait().unwrap().code(), Some(0));
+    assert_eq!(folder.names().iter().filter(|n| n.ends_with(".png")).count(), 5);
+}
+
+#[test]
 fn the_scenes_own_files_are_relative_to_the_current_folder_and_inputs_to_the_scene() {
     let folder = Folder::new();
     fs::create_dir(folder.path("scene")).unwrap();

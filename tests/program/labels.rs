@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 
 use serde_json::{Value, json};
 
-use crate::common::Folder;
+use crate::common::{Folder, stderr};
 
 /// A model of some triangles beside each other, each an object of this name.
 fn model(names: &[&str]) -> String {
@@ -264,4 +264,39 @@ fn an_object_of_two_materials_is_an_instance_of_each() {
         categories(&json(&folder, "coco.json")),
         [("blue", "blue"), ("red", "red")]
     );
+}
+
+#[test]
+fn ranges_of_samples_have_the_labels_of_all() {
+    let folder = folder();
+    let run = |output: &str, more: &[&str]| {
+        let job = [
+            "s.toml",
+            "--samples",
+            "4",
+            "--metadata",
+            "coco",
+            "--progress",
+            "none",
+            "-o",
+            output,
+        ];
+        let output = folder.run(&[&job[..], more].concat());
+        assert!(
+            output.status.success() && output.stderr.is_empty(),
+            "{}",
+            stderr(&output)
+        );
+    };
+    run("whole/f.exr", &[]);
+    let whole = json(&folder, "whole/coco.json");
+    assert!(!list(&whole, "annotations").is_empty());
+    for range in ["1/3", "2/3", "3/3"] {
+        run("parts/f.exr", &["--sample-range", range]);
+        let part = json(
+            &folder,
+            &format!("parts/samples-{}/coco.json", range.replace('/', "-of-")),
+        );
+        assert_eq!(part["annotations"], whole["annotations"], "{range}");
+    }
 }

@@ -74,6 +74,8 @@ impl Plan {
             noise_frame: frame.map_or(0, |frame| self.picture.seed_mode.frame(frame)),
             content: Content::FirstHits,
             samples: SampleBudget::fixed(1),
+            // A range of samples shows what all of them show.
+            ranges: None,
             filter: None,
             passes: vec![objects_pass()],
             ..self.picture.settings.clone()
