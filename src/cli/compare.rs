@@ -16,7 +16,7 @@ use batch_render::{
 };
 use serde::Serialize;
 
-use super::{compare_args::CompareArgs, create::cannot_create, memory, summary::plural, threads::threads};
+use super::{compare_args::CompareArgs, create::cannot_create, log::warn, memory, summary::plural, threads::threads};
 
 /// Runs the command. Pictures beyond the tolerance are an error, after all have been compared.
 pub fn run(args: &CompareArgs, quiet: bool) -> anyhow::Result<()> {
@@ -95,6 +95,10 @@ impl Run<'_> {
         let (reference, test) = (&self.args.reference, &self.args.test);
         let pairs = Pairs::of(reference, test).map_err(|e| Error::Usage(format!("cannot list the folders: {e}")))?;
         let count = pairs.both.len() + pairs.missing.len() + pairs.added.len();
+        if pairs.arrays > 0 {
+            let files = plural(pairs.arrays, "NPZ file");
+            warn(&format!("{files} left out: `compare` reads pictures alone"));
+        }
         if count == 0 {
             return Err(Error::Usage("there is no picture in the folders".to_owned()).into());
         }

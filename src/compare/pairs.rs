@@ -17,13 +17,16 @@ pub struct Pairs {
     pub missing: Vec<PathBuf>,
     /// Pictures of the test without a reference.
     pub added: Vec<PathBuf>,
+    /// The number of NPZ files in both, which are not compared.
+    pub arrays: usize,
 }
 
 impl Pairs {
     /// Lists the pictures in two folders and the folders in them. Files whose names begin with a dot are left out, and so are those of
     /// ranges of samples that only one of the two has: they are parts of a picture.
     pub fn of(reference: &Path, test: &Path) -> io::Result<Self> {
-        let [reference, test] = [pictures(reference)?, pictures(test)?];
+        let mut arrays = 0;
+        let [reference, test] = [pictures(reference, &mut arrays)?, pictures(test, &mut arrays)?];
         let only = |one: &BTreeSet<PathBuf>, other| {
             one.difference(other)
                 .filter(|path| !is_of_range(path))
@@ -34,6 +37,7 @@ impl Pairs {
             both: reference.intersection(&test).cloned().collect(),
             missing: only(&reference, &test),
             added: only(&test, &reference),
+            arrays,
         })
     }
 }
@@ -46,7 +50,8 @@ fn is_of_range(path: &Path) -> bool {
         .is_some_and(SampleRanges::is_folder)
 }
 
-fn pictures(root: &Path) -> io::Result<BTreeSet<PathBuf>> {
+/// Lists the pictures below a folder, and counts the NPZ files.
+fn pictures(root: &Path, arrays: &mut usize) -> io::Result<BTreeSet<PathBuf>> {
     let mut found = BTreeSet::new();
     let mut folders = vec![PathBuf::new()];
     while let Some(folder) = folders.pop() {
@@ -61,7 +66,12 @@ fn pictures(root: &Path) -> io::Result<BTreeSet<PathBuf>> {
             match entry.file_type()? {
                 kind if kind.is_dir() => folders.push(path),
                 _ if image::has_a_picture_ending(&path) => drop(found.insert(path)),
-                _ => {}
+                _ => {
+                    *arrays += usize::from(
+                        path.extension()
+                            .is_some_and(|ending| ending.eq_ignore_ascii_case("npz")),
+                    )
+                }
             }
         }
     }

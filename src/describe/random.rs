@@ -17,6 +17,7 @@ mod wildcards;
 
 pub use distribution::Distribution;
 pub use draw::DrawKey;
+pub(super) use wildcards::is_wildcard;
 
 /// Values that are drawn at random for each frame: another light, place or material in every picture of a data set.
 ///
@@ -74,7 +75,7 @@ pub use draw::DrawKey;
 /// `--views`, `--turntable`, `--frames`, `--values` or `--range` say which frames there are; without any of them it is frame 1.
 ///
 /// - `--random FILE` reads the same keys from a TOML file, in place of this table: for models without a scene file, and for many scenes in one command.
-///   `--random 'draws/{scene}.toml'` is a file for each scene. Scenes whose files have the same name draw the same values: `--set random.scene={scene}` tells them apart.
+///   `--random 'draws/{scene}.toml'` is a file for each scene. Scenes whose files have the same name draw the same values: `--set 'random.scene="{scene}"'` tells them apart.
 /// - `*` in place of a name stands for all objects, lights, materials or textures of the scene that have the value, and each draws by itself: `"object.*.material"`,
 ///   `"light.*.point.intensity"`. Of a model by itself it stands for all nodes and materials as well: `"material.*.base_color"`. A value that has its whole name
 ///   in a table or here is not among them.
@@ -100,8 +101,19 @@ pub struct RandomDesc {
     /// The name by which it draws, in place of that of the scene.
     pub scene: Option<String>,
     pub draws: Vec<DrawDesc>,
-    /// The names of values that are not drawn.
-    pub left_out: Vec<String>,
+    /// The values that are not drawn.
+    pub left_out: Vec<LeftOut>,
+}
+
+/// A value that is not drawn.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct LeftOut {
+    /// The name of the value.
+    pub name: String,
+    /// The place that says so: a line of a file, or a flag.
+    pub origin: String,
+    /// Whether a draw by the same name is taken out.
+    pub has_draw: bool,
 }
 
 /// A value that is drawn.
@@ -136,12 +148,19 @@ impl RandomDesc {
             let Some(distribution) = distribution else { continue };
             let line = || 1 + text.get(..span.start).map_or(0, |before| before.matches('\n').count());
             let origin = overrides.origin(&span).map(str::to_owned);
-            let draw = distribution.map(|distribution| DrawDesc {
-                origin: origin.unwrap_or_else(|| format!("{}:{}", path.display(), line())),
-                name: name.clone(),
-                distribution: Arc::new(distribution),
-            });
-            let draw = draw.ok_or_else(|| name.clone());
+            let origin = origin.unwrap_or_else(|| format!("{}:{}", path.display(), line()));
+            let draw = match distribution {
+                Some(distribution) => Ok(DrawDesc {
+                    name: name.clone(),
+                    origin,
+                    distribution: Arc::new(distribution),
+                }),
+                None => Err(LeftOut {
+                    name: name.clone(),
+                    origin,
+                    has_draw: false,
+                }),
+            };
             match known.get(&name).map(|at| &mut draws[*at]) {
                 None => {
                     known.insert(name, draws.len());
@@ -149,8 +168,12 @@ impl RandomDesc {
                 }
                 // A flag wins over the file, however the name is written there.
                 Some(other) if is_override(&span) != is_override(&other.0) => {
+                    let has_draw = draw.is_ok() || other.1.is_ok();
                     if is_override(&span) {
                         *other = (span, draw);
+                    }
+                    if let Err(left_out) = &mut other.1 {
+                        left_out.has_draw = has_draw;
                     }
                 }
                 Some(_) => problems.push(Problem::at(span, format!("`{name}` is drawn twice"))),
@@ -169,8 +192,8 @@ impl RandomDesc {
     }
 }
 
-/// A value that is drawn, or the name of one that is not.
-type Drawn = Result<DrawDesc, String>;
+/// A value that is drawn, or one that is not.
+type Drawn = Result<DrawDesc, LeftOut>;
 
 /// Returns what was read, or collects its problem.
 fn kept<T>(read: Result<T, Problem>, problems: &mut Vec<Problem>) -> Option<T> {

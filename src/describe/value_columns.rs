@@ -15,6 +15,7 @@ use super::{
     moving::MovingDesc,
     names::{Component, KnownNames},
     quaternions,
+    random::is_wildcard,
     value_sources::{SourceColumn, ValueSource},
     values::{Column, Curve, FileRows, Values},
 };
@@ -213,7 +214,21 @@ fn with_all_names(
         }
         other => other.clone(),
     };
-    given.iter().map(&mut source).collect()
+    let all = given.iter().map(&mut source).collect();
+    for left_out in given.iter().flat_map(ValueSource::left_out) {
+        let problem = match is_wildcard(&left_out.name) {
+            true if left_out.has_draw => None,
+            true => Some(Problem::at(0..0, "no draw has this name")),
+            false => {
+                let steps: Vec<String> = left_out.name.split('.').map(str::to_owned).collect();
+                resolve(desc, document, known, &steps).err()
+            }
+        };
+        if let Some(problem) = problem {
+            faults.add(format!("{}: {}", left_out.origin, left_out.name), problem);
+        }
+    }
+    all
 }
 
 /// The curve of a column with numbers that are whole numbers, truths or names, which hold; `None` where its numbers move or all its cells

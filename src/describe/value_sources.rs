@@ -4,6 +4,7 @@ use std::{path::Path, sync::Arc};
 
 use super::{
     DrawDesc, RandomDesc,
+    random::LeftOut,
     values::{FileRows, ValueFile},
 };
 use crate::assets::camera_path::{ValueColumn, ValueTable};
@@ -34,13 +35,18 @@ impl ValueSource {
         columns.chain(draws.iter().map(|draw| draw.name.as_str()))
     }
 
-    /// The same with those that are not drawn.
+    /// The values that are not drawn.
+    pub(super) fn left_out(&self) -> &[LeftOut] {
+        match self {
+            Self::Table(_) => &[],
+            Self::Random(random) => &random.left_out,
+        }
+    }
+
+    /// The names of all values, with those that are not drawn.
     pub(super) fn given_names(&self) -> impl Iterator<Item = &str> {
-        let left_out = match self {
-            Self::Table(_) => &[][..],
-            Self::Random(random) => &random.left_out[..],
-        };
-        self.names().chain(left_out.iter().map(String::as_str))
+        self.names()
+            .chain(self.left_out().iter().map(|left_out| left_out.name.as_str()))
     }
 
     /// The names of the columns, the place of each, and the columns.

@@ -44,6 +44,19 @@ fn the_exit_code_says_whether_pictures_are_within_the_tolerance() {
 }
 
 #[test]
+fn arrays_in_folders_are_said_to_be_left_out() {
+    let folder = rendered();
+    for name in ["x", "y"] {
+        fs::create_dir(folder.path(name)).expect("made");
+        fs::copy(folder.path("a.png"), folder.path(&format!("{name}/a.png"))).expect("copied");
+        folder.write(&format!("{name}/a.npz"), name);
+    }
+    let (code, _, said) = compared(&folder, &["x", "y"]);
+    assert_eq!(code, Some(0));
+    assert!(said.starts_with("warning: 2 NPZ files left out"), "{said}");
+}
+
+#[test]
 fn folders_are_compared_by_names_and_updated() {
     let folder = rendered();
     let put = |from: &str, to: &str| {

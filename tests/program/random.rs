@@ -270,6 +270,10 @@ fn both_eyes_and_a_view_of_the_same_number_share_their_draws() {
     let without = "random.camera.perspective.eye.x=none";
     assert!(message.contains(&format!("--set {without} takes it out")), "{message}");
     folder.succeed(&[&job[..], &views, &["--set", without]].concat());
+    // Frames are there without any draw, too.
+    folder.write("r.toml", "'light.key.point.intensity' = [1, 2]");
+    let none = "random.light.key.point.intensity=none";
+    folder.succeed(&[&job[..], &["--set", none, "--range", "2", "-o", "none/####.exr"]].concat());
     folder.write("r.toml", RANDOM);
     folder.succeed(&[&job[..], &views].concat());
     let pair = ["--stereo", "ipd=0.06", "--range", "1-3", "-o", "{eye}/####.exr"];

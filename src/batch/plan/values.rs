@@ -53,7 +53,8 @@ pub(in crate::batch) fn tables(
             Some(own.map_err(Error::Invalid)?)
         }
     };
-    let random = random.filter(|random| !random.draws.is_empty());
+    // Frames are there also if the last draw is taken out.
+    let random = random.filter(|random| !random.draws.is_empty() || !random.left_out.is_empty());
     sources.extend(random.map(|random| ValueSource::Random(Arc::new(random))));
     Ok(sources)
 }

@@ -324,8 +324,19 @@ fn a_value_that_is_drawn_can_be_taken_out_by_a_flag_in_whichever_form_it_is_writ
         assert_eq!(names, ["object.ball.shape.sphere.radius"]);
     }
     let read = read("'light.key.point.intensity' = 'none'\n").expect("a table");
+    let left_out: Vec<&str> = read.left_out.iter().map(|left_out| left_out.name.as_str()).collect();
     assert_eq!(
-        (names(&read).len(), &read.left_out[..]),
-        (0, &["light.key.point.intensity".to_owned()][..])
+        (names(&read).len(), &left_out[..]),
+        (0, &["light.key.point.intensity"][..])
     );
+    for (name, message) in [
+        ("light.kez.point.intensity", "unknown"),
+        ("nix", "unknown"),
+        ("object.*.material", "no draw has this name"),
+    ] {
+        let none = Overrides::default().with(&format!("random.{name}"), "none");
+        let found = values(&scene("object.ball.shape.sphere.radius = [1, 2]", &none)).map(drop);
+        let found = found.expect_err(name);
+        assert!(found.contains(message) && found.contains(name), "{name}: {found}");
+    }
 }

@@ -30,7 +30,10 @@ impl RandomDesc {
     /// The same with a draw for each node and each material of a model by itself.
     #[must_use]
     pub fn of_parts(&self, nodes: &[String], materials: &[String]) -> Self {
-        let is_given = |name: &String| self.draws.iter().any(|draw| draw.name == *name) || self.left_out.contains(name);
+        let is_given = |name: &String| {
+            let is_drawn = self.draws.iter().any(|draw| draw.name == *name);
+            is_drawn || self.left_out.iter().any(|left_out| left_out.name == *name)
+        };
         self.expanded(|_, steps| {
             let known = match steps.first().map(String::as_str) {
                 Some("node") => nodes,
@@ -48,6 +51,6 @@ impl RandomDesc {
 }
 
 /// Whether the name of a value has a `*` after its first step.
-fn is_wildcard(name: &str) -> bool {
+pub(in crate::describe) fn is_wildcard(name: &str) -> bool {
     name.split('.').nth(1) == Some(ANY)
 }
