@@ -300,3 +300,28 @@ fn ranges_of_samples_have_the_labels_of_all() {
         assert_eq!(part["annotations"], whole["annotations"], "{range}");
     }
 }
+
+#[test]
+fn pictures_that_transforms_json_no_longer_lists_are_named() {
+    let folder = folder();
+    let said = |output: &str, crop: &str| {
+        let job = [
+            "s.toml",
+            "--metadata",
+            "transforms",
+            "--progress",
+            "none",
+            "--range",
+            "1",
+        ];
+        let output = folder.run(&[&job[..], &["-o", output, "--crop", crop]].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        stderr(&output)
+    };
+    assert_eq!(said("left.png", "0,0,16,24"), "");
+    assert_eq!(said("left.png", "0,0,16,24"), "");
+    let warning = "warning: transforms.json no longer lists left.png, of another job";
+    assert!(said("right.png", "16,0,32,24").starts_with(warning));
+    std::fs::remove_file(folder.path("right.png")).expect("removed");
+    assert_eq!(said("left.png", "0,0,16,24"), "");
+}

@@ -30,13 +30,10 @@ pub(in crate::batch) fn write(
     if let Some(path_of_transforms) = path(Sidecar::Transforms) {
         let mut own = transforms::of_job((plan, inputs), rig, failures)?;
         let _gate = FolderGate::close(&atomic::folder_of(&path_of_transforms), cancel);
-        let others = match plan.is_chunk {
-            true => transforms::read(&path_of_transforms),
-            false => Ok(None),
-        };
-        match others {
+        match transforms::read::<Transforms>(&path_of_transforms) {
             Ok(None) => {}
             Ok(Some(others)) => transforms::join(&mut own, others, plan, &path_of_transforms),
+            Err(_) if !plan.is_chunk => {}
             Err(cause) => {
                 let path = path_of_transforms.display();
                 let text = format!("the frames of other jobs are lost, {cause}: {path}");

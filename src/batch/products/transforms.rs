@@ -19,7 +19,7 @@ use crate::{
     error::Error,
     film::Window,
     math::sorting,
-    output::Value,
+    output::{Value, atomic},
     warnings::WarningKind,
 };
 
@@ -102,9 +102,10 @@ pub(super) fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, String
     }
 }
 
-/// Adds the frames of other jobs of the same sequence, in rising order. Frames of this job replace theirs.
+/// Adds the frames of other parts of the same sequence, in rising order, if the job is a part of it. Frames of this job replace theirs.
+/// Warns of pictures of other jobs that are there and that the file lists no more.
 pub(super) fn join(own: &mut Transforms, others: Transforms, plan: &Plan, path: &Path) {
-    let head = |t: &Transforms| {
+    let shape = |t: &Transforms| {
         (
             t.conventions.clone(),
             t.camera_model.clone(),
@@ -113,7 +114,7 @@ pub(super) fn join(own: &mut Transforms, others: Transforms, plan: &Plan, path: 
             t.h,
         )
     };
-    if head(own) != head(&others) {
+    if plan.is_chunk && shape(own) != shape(&others) {
         let path = path.display();
         let frames = match others.frames.len() {
             1 => "1 frame of other jobs is".to_owned(),
@@ -129,13 +130,29 @@ pub(super) fn join(own: &mut Transforms, others: Transforms, plan: &Plan, path: 
     let numbers: HashSet<i32> = own.frames.iter().map(|frame| frame.frame).collect();
     let names: HashSet<String> = own.frames.iter().map(|frame| frame.file_path.clone()).collect();
     let is_of_sequence = |frame: &Frame| picture_name(plan, frame.frame) == frame.file_path;
-    let others = others.frames.into_iter();
-    own.frames.extend(
-        others.filter(|frame| {
-            !numbers.contains(&frame.frame) && !names.contains(&frame.file_path) && is_of_sequence(frame)
-        }),
-    );
+    let (kept, lost): (Vec<Frame>, Vec<Frame>) = others
+        .frames
+        .into_iter()
+        .filter(|frame| !names.contains(&frame.file_path))
+        .partition(|frame| plan.is_chunk && !numbers.contains(&frame.frame) && is_of_sequence(frame));
+    own.frames.extend(kept);
     sorting::sort_by_key(&mut own.frames, |frame| frame.frame);
+    warn_of_lost(&lost, plan, path);
+}
+
+/// Warns of those of these frames whose pictures are there.
+fn warn_of_lost(lost: &[Frame], plan: &Plan, path: &Path) {
+    let folder = atomic::folder_of(path);
+    let mut names = lost.iter().map(|frame| frame.file_path.as_str());
+    let mut shown = names.by_ref().filter(|name| folder.join(name).exists());
+    let Some(first) = shown.next() else { return };
+    let more = match shown.count() {
+        0 => String::new(),
+        count => format!(" and {count} more"),
+    };
+    let path = path.display();
+    let text = format!("{path} no longer lists {first}{more}, of another job: give each sequence a folder of its own");
+    plan.warnings.add_live(WarningKind::LOST_FRAMES, path, text);
 }
 
 /// The frame of this number and picture, which shows `window` of the whole.
