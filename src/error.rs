@@ -216,6 +216,7 @@ impl Error {
             | Self::WithinOutput { .. }
             | Self::WrittenTwice { .. } => Blame::Usage,
             Self::Scene(describe::Error::Read { cause, .. } | describe::Error::ReadRandom { cause, .. })
+            | Self::Compare(CompareError::Read { source: cause, .. })
             | Self::CellFile { cause, .. } => input(cause),
             Self::Compile(compile::Error::Assets(errors)) => {
                 if errors.iter().any(AssetError::is_missing) {

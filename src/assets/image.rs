@@ -27,7 +27,10 @@ use error::ImageProblem;
 use limits::{MAX_BYTES, MAX_SIDE, check_size, shrunk, with_levels};
 
 pub use error::ImageError;
-pub use exr::passes::{ImagePass, PassChannel};
+pub use exr::{
+    PictureWindow,
+    passes::{ImagePass, PassChannel},
+};
 pub use texture_memory::halvings;
 
 /// The first bytes of a JPEG file.
@@ -169,6 +172,19 @@ impl EncodedImage {
         let mut bitmap = decoded.map_err(|problem| problem.at(&self.path))?;
         bitmap.weighs_by_alpha = self.alpha == AlphaUse::Opacity && bitmap.has_alpha();
         Ok(mipmap::halved(bitmap, halvings))
+    }
+
+    /// Decodes it without halving it; an EXR file over its data window.
+    pub fn decode_data(&self, memory: &MemoryBudget) -> Result<(Bitmap, PictureWindow), ImageError> {
+        if self.bytes.starts_with(&exr::MAGIC) {
+            return exr::decode_data(&self.bytes, memory).map_err(|problem| problem.at(&self.path));
+        }
+        let bitmap = self.decode(0, memory)?;
+        let window = PictureWindow {
+            first: [0; 2],
+            display: [bitmap.width, bitmap.height],
+        };
+        Ok((bitmap, window))
     }
 
     /// Opens the decoder, which reads the header.

@@ -38,7 +38,15 @@ pub fn run(args: &CompareArgs, quiet: bool) -> anyhow::Result<()> {
             pool.install(|| run.pair(&args.reference, &args.test, args.output.as_deref(), true))?;
             1
         }
-        _ => return Err(Error::Usage("one path is a folder and the other is none".to_owned()).into()),
+        _ => {
+            for path in [&args.reference, &args.test] {
+                fs::metadata(path).map_err(|source| {
+                    let path = path.clone();
+                    Error::Compare(CompareError::Read { source, path })
+                })?;
+            }
+            return Err(Error::Usage("one path is a folder and the other is none".to_owned()).into());
+        }
     };
     if run.updated > 0 && !quiet && !args.json {
         super::progress::say(&format!("{} updated", plural(run.updated, "reference")));
@@ -121,7 +129,7 @@ impl Run<'_> {
     fn pair(&mut self, reference: &Path, test: &Path, map: Option<&Path>, alone: bool) -> anyhow::Result<()> {
         match compare(reference, test, self.args.limit as f32, &self.files) {
             Ok(comparison) => self.compared(reference, test, map, &comparison),
-            Err(error @ (CompareError::Size { .. } | CompareError::Range)) => {
+            Err(error @ (CompareError::Size { .. } | CompareError::Window { .. } | CompareError::Range)) => {
                 if self.updates(reference, test)? {
                     return Ok(());
                 }

@@ -40,12 +40,19 @@ pub struct Comparison {
 }
 
 impl Comparison {
-    /// Compares two pictures of one size. A difference of `limit` or less is none in [`Measures::pixels`].
+    /// Compares two pictures of one size and one window. A difference of `limit` or less is none in [`Measures::pixels`].
     pub fn new(reference: &Picture, test: &Picture, limit: f32) -> Result<Self, CompareError> {
-        if reference.size != test.size {
+        let [a, b] = [reference.window, test.window];
+        if a.display != b.display {
             return Err(CompareError::Size {
-                reference: reference.size,
-                test: test.size,
+                reference: a.display,
+                test: b.display,
+            });
+        }
+        if (a.first, reference.size) != (b.first, test.size) {
+            return Err(CompareError::Window {
+                reference: (reference.size, a.first),
+                test: (test.size, b.first),
             });
         }
         if reference.is_light != test.is_light {

@@ -10,7 +10,10 @@ pub mod pairs;
 mod passes;
 mod picture;
 
-use std::path::Path;
+use std::{
+    io,
+    path::{Path, PathBuf},
+};
 
 use crate::assets::{Files, image::ImageError};
 
@@ -27,11 +30,22 @@ pub enum CompareError {
     Size { reference: [u32; 2], test: [u32; 2] },
     #[error("one picture holds light and the other display values: compare EXR with EXR, and PNG with PNG")]
     Range,
+    #[error("the data windows differ: {} and {}", window(reference), window(test))]
+    Window {
+        reference: ([u32; 2], [i64; 2]),
+        test: ([u32; 2], [i64; 2]),
+    },
+    #[error("cannot read {}: {source}", path.display())]
+    Read { source: io::Error, path: PathBuf },
+}
+
+fn window(([width, height], [x, y]): &([u32; 2], [i64; 2])) -> String {
+    format!("{width}x{height} pixels at {x},{y}")
 }
 
 /// Compares the picture files `test` and `reference`.
 ///
-/// A number of a picture that is `limit` or less away from that of the reference is no difference in
+/// EXR files are compared over their data windows, which have to be the same. A number of a picture that is `limit` or less away from that of the reference is no difference in
 /// [`Measures::pixels`].
 pub fn compare(reference: &Path, test: &Path, limit: f32, files: &Files) -> Result<Comparison, CompareError> {
     let reference = Picture::read(reference, files)?;

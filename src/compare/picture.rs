@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::{
     assets::{
         Files, MemoryKind,
-        image::{EncodedImage, ImageError, ImageRequest},
+        image::{EncodedImage, ImageError, ImageRequest, PictureWindow},
         model::ImageSource,
     },
     math::{Rgb, srgb},
@@ -18,8 +18,9 @@ use crate::{
 /// A picture: of light (EXR, Radiance HDR) or of display values (all other formats).
 #[derive(Clone, Debug)]
 pub struct Picture {
-    /// Columns and rows.
+    /// Columns and rows: those of the data window of EXR.
     pub size: [u32; 2],
+    pub window: PictureWindow,
     /// Whether its numbers are light, which has no upper bound. Display values are from 0 to 1 and have sRGB's curve.
     pub is_light: bool,
     /// The numbers of the file, row by row from the top. Colours of EXR are multiplied by alpha.
@@ -34,15 +35,16 @@ impl Picture {
     /// Reads a picture file of any format that textures can have.
     pub fn read(path: &Path, files: &Files) -> Result<Self, ImageError> {
         let request = ImageRequest::new(ImageSource::File(path.to_owned()), ColorSpace::Raw);
-        let bitmap = EncodedImage::read(&request, files)?.decode(0, files.memory())?;
+        let (bitmap, window) = EncodedImage::read(&request, files)?.decode_data(files.memory())?;
         files.memory().release(MemoryKind::Images);
-        Ok(Self::of(&bitmap))
+        Ok(Self::of(&bitmap, window))
     }
 
-    fn of(bitmap: &Bitmap) -> Self {
+    fn of(bitmap: &Bitmap, window: PictureWindow) -> Self {
         let places = || (0..bitmap.height).flat_map(|y| (0..bitmap.width).map(move |x| (x, y)));
         Self {
             size: [bitmap.width, bitmap.height],
+            window,
             is_light: matches!(bitmap.storage, Storage::Float(_)),
             pixels: places().map(|(x, y)| bitmap.rgb(x, y)).collect(),
             alpha: if bitmap.has_alpha() {

@@ -1,5 +1,5 @@
 use super::*;
-use crate::math::Rgb;
+use crate::{assets::image::PictureWindow, math::Rgb};
 
 const SIZE: [u32; 2] = [96, 64];
 
@@ -18,6 +18,10 @@ fn picture(is_light: bool, shift: u32) -> Picture {
     };
     Picture {
         size: SIZE,
+        window: PictureWindow {
+            first: [0; 2],
+            display: SIZE,
+        },
         is_light,
         pixels: (0..width * height).map(pixel).collect(),
         alpha: Vec::new(),
@@ -78,6 +82,11 @@ fn pictures_of_other_sizes_and_ranges_are_refused() {
     let light = picture(true, 0);
     let mut narrow = light.clone();
     narrow.size = [SIZE[1], SIZE[0]];
+    assert!(matches!(
+        Comparison::new(&light, &narrow, 0.0),
+        Err(CompareError::Window { .. })
+    ));
+    narrow.window.display = narrow.size;
     assert!(matches!(
         Comparison::new(&light, &narrow, 0.0),
         Err(CompareError::Size { .. })

@@ -120,6 +120,8 @@ fn what_cannot_be_compared_says_why() {
     for (code, args, expected) in [
         (66, ["a.exr", "none.exr"], "none.exr"),
         (65, ["a.png", "broken.png"], "broken.png"),
+        (66, ["nowhere", "empty"], "nowhere"),
+        (66, ["empty", "nowhere"], "nowhere"),
         (2, ["empty", "a.png"], "one path is a folder and the other is none"),
         (2, ["empty", "empty"], "there is no picture in the folders"),
         (1, ["a.exr", "a.png"], "1 of 1 picture beyond the tolerance"),
@@ -197,7 +199,7 @@ fn references_may_be_missing_at_first_and_any_difference_counts() {
         exr::prelude::write_rgba_file(path, 8, 8, |_, _| (red, 0.2_f32, 0.3_f32, alpha)).expect("written");
     };
     write("out/a.exr", [-1.0, 1.0]);
-    assert_eq!(compared(&folder, &["expected", "out"]).0, Some(2));
+    assert_eq!(compared(&folder, &["expected", "out"]).0, Some(66));
     assert_eq!(compared(&folder, &["expected", "out", "--update"]).0, Some(0));
     assert_eq!(compared(&folder, &["expected", "out"]).0, Some(0));
     // No display shows light below 0, which is a difference all the same.
@@ -216,4 +218,30 @@ fn references_may_be_missing_at_first_and_any_difference_counts() {
     );
     let pixels = ["expected", "out", "--metric", "pixels", "--limit", "0.02"];
     assert_eq!(compared(&folder, &pixels).0, Some(0));
+}
+
+#[test]
+fn crops_are_compared_over_their_own_windows() {
+    let folder = Folder::new();
+    folder.write("s.toml", SMALL_SCENE);
+    let render = |name: &str, more: &[&str]| {
+        folder.succeed(&[&["s.toml", "--samples", "1", "-o", name], more].concat());
+    };
+    render("left.exr", &["--crop", "0,0,8,8"]);
+    render("right.exr", &["--crop", "8,0,16,8"]);
+    render("all.exr", &[]);
+    assert_eq!(compared(&folder, &["right.exr", "right.exr"]).0, Some(0));
+    for other in ["left.exr", "all.exr"] {
+        let (code, line, _) = compared(&folder, &["right.exr", other, "--tolerance", "1000"]);
+        assert_eq!(code, Some(1));
+        assert!(
+            line.contains("the data windows differ: 8x8 pixels at 8,0 and "),
+            "{line}"
+        );
+    }
+    // What is outside of the windows has no weight: the crop shows the background.
+    let (_, line, _) = compared(&folder, &["right.exr", "right.exr", "--json"]);
+    let line: serde_json::Value = serde_json::from_str(&line).expect("JSON");
+    let blue = line["reference_mean"][2].as_f64().expect("a number");
+    assert!((blue - 0.8).abs() < 1e-3, "{blue}");
 }

@@ -11,10 +11,15 @@ use std::{io::Cursor, ops::Range};
 
 use ::exr::{
     image::{AnyChannels, FlatSamples, Layer},
-    meta::{MetaData, attribute::IntegerBounds, header::Header},
+    meta::{
+        MetaData,
+        attribute::IntegerBounds,
+        header::{Header, ImageAttributes},
+    },
     prelude::{ReadChannels as _, ReadLayers as _, read},
 };
 
+use layers::ShownChannels;
 use passes::ImagePass;
 
 use super::{
@@ -27,6 +32,15 @@ use crate::{
 };
 
 pub(super) const MAGIC: [u8; 4] = [0x76, 0x2f, 0x31, 0x01];
+
+/// The place of the pixels of a file in its picture.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct PictureWindow {
+    /// The first column and the first row of the file, which may be outside of the picture.
+    pub first: [i64; 2],
+    /// The columns and rows of the picture.
+    pub display: [u32; 2],
+}
 
 /// An upper bound of the compression ratio of all codecs; that of deflate is 1,032.
 const MOST_GAIN: u64 = 4096;
@@ -47,6 +61,37 @@ fn shown_bytes(meta: &MetaData) -> u64 {
 pub(super) fn decode(bytes: &[u8], halvings: u32, memory: &MemoryBudget) -> Result<Bitmap, ImageProblem> {
     let kept = check_header(bytes, memory)?;
     memory.take(MemoryKind::Images, with_levels(shrunk(kept, halvings), 4))?;
+    let (layer, shown, attributes) = chosen(bytes)?;
+    Ok(Bitmap {
+        primaries: primaries::named(&attributes, &layer.attributes),
+        ..picture(layer, &shown.channels, attributes.display_window)
+    })
+}
+
+/// Decodes the pixels of a file over the data window of its picture. Returns the window as well: its first column and row in the
+/// display window, and the numbers of its columns and rows; and the size of the display window.
+pub(super) fn decode_data(bytes: &[u8], memory: &MemoryBudget) -> Result<(Bitmap, PictureWindow), ImageProblem> {
+    check_header(bytes, memory)?;
+    let (layer, shown, attributes) = chosen(bytes)?;
+    let data = IntegerBounds {
+        position: layer.attributes.layer_position,
+        size: layer.size,
+    };
+    memory.take(MemoryKind::Images, data.size.area() as u64 * 16)?;
+    let display = attributes.display_window;
+    let first = |data: i32, display: i32| i64::from(data) - i64::from(display);
+    let window = PictureWindow {
+        first: [
+            first(data.position.0, display.position.0),
+            first(data.position.1, display.position.1),
+        ],
+        display: [display.size.0 as u32, display.size.1 as u32],
+    };
+    Ok((picture(layer, &shown.channels, data), window))
+}
+
+/// The layer with the picture of a file, the channels of that, and the attributes of the file.
+fn chosen(bytes: &[u8]) -> Result<(Layer<AnyChannels<FlatSamples>>, ShownChannels, ImageAttributes), ImageProblem> {
     let meta = MetaData::read_from_buffered(Cursor::new(bytes), false)?;
     let shown = layers::choose(&meta.headers)?;
     let pictures = read().no_deep_data().largest_resolution_level().all_channels();
@@ -67,10 +112,7 @@ pub(super) fn decode(bytes: &[u8], halvings: u32, memory: &MemoryBudget) -> Resu
             image.attributes,
         )
     };
-    Ok(Bitmap {
-        primaries: primaries::named(&attributes, &layer.attributes),
-        ..picture(layer, &shown.channels, attributes.display_window)
-    })
+    Ok((layer, shown, attributes))
 }
 
 /// All passes of a file, by their names.
