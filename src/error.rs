@@ -41,8 +41,8 @@ pub enum Error {
     GroundOfSceneFile,
     #[error("--normalise: only a model by itself is moved; objects of scene files have a `transform`")]
     NormaliseOfSceneFile,
-    #[error("--normalise: a value moves the model, which would replace its place")]
-    NormaliseMoved,
+    #[error("--normalise: {name} moves the model, which would replace its place: move its nodes (node.NAME.transform)")]
+    NormaliseMoved { name: String },
     #[error("{flag}: the scene has nothing with bounds: {}", path.display())]
     Boundless { flag: &'static str, path: PathBuf },
     #[error("{0}")]
@@ -210,7 +210,7 @@ impl Error {
             | Self::PointRadiusOfSceneFile
             | Self::GroundOfSceneFile
             | Self::NormaliseOfSceneFile
-            | Self::NormaliseMoved
+            | Self::NormaliseMoved { .. }
             | Self::Pattern(_)
             | Self::OverwritesInput { .. }
             | Self::WithinOutput { .. }

@@ -75,8 +75,10 @@ impl Job {
                 ground: request.ground,
                 normalise: request.normalise,
             };
-            if request.normalise.is_some() && moves_model(request, &tables) {
-                return Err(Error::NormaliseMoved);
+            if request.normalise.is_some()
+                && let Some(name) = mover(request, &tables)
+            {
+                return Err(Error::NormaliseMoved { name });
             }
             let (desc, run) = default_scene::describe(path, options, &store).map_err(|error| match error {
                 // Flags made the choice.
@@ -474,13 +476,17 @@ impl Job {
     }
 }
 
-/// Whether overrides or tables move the object of a model by itself.
-fn moves_model(request: &Request, tables: &[ValueSource]) -> bool {
-    let is_place = |keys: &[&str]| matches!(keys, ["object", _, "transform", ..]);
-    let mut paths = request.overrides.paths();
-    let mut names = tables.iter().flat_map(ValueSource::names);
-    paths.any(|(_, path)| is_place(&path.iter().map(String::as_str).collect::<Vec<_>>()))
-        || names.any(|name| is_place(&name.split('.').collect::<Vec<_>>()))
+/// The value of overrides or tables that moves the object of a model by itself, if there is one.
+fn mover(request: &Request, tables: &[ValueSource]) -> Option<String> {
+    let is_place = |name: &String| {
+        let keys: Vec<&str> = name.split('.').collect();
+        let mut inner = keys.iter().skip(2);
+        let inner = inner.find(|key| ["transform", "node"].contains(key));
+        keys[0] == "transform" || keys[0] == "object" && inner == Some(&"transform")
+    };
+    let paths = request.overrides.paths().map(|(_, path)| path.join("."));
+    let names = tables.iter().flat_map(ValueSource::names).map(str::to_owned);
+    paths.chain(names).find(is_place)
 }
 
 fn store(request: &Request) -> Store {

@@ -101,14 +101,19 @@ impl KnownNames {
         }
     }
 
-    /// The paths that `path`, whose second step stands for any name, has with each of the names; `None` where the first is no table of
-    /// the scene that has names.
+    /// The paths that `path`, whose second step stands for any name, has with each of the names, but for that of the ground of a model by
+    /// itself; `None` where the first is no table of the scene that has names.
     pub fn each(&self, path: &[String]) -> Option<Vec<Vec<String>>> {
         let [table, _, rest @ ..] = path else { return None };
         let tables = NAMED.iter().zip(&self.named).chain(LISTED.iter().zip(&self.listed));
         let (_, names) = tables.into_iter().find(|(what, _)| *what == table)?;
         let whole = |name: &String| [&[table.clone(), name.clone()], rest].concat();
-        Some(names.names.iter().map(whole).collect())
+        // Beside a model by itself there may be a ground.
+        let count = match self.kind {
+            FileKind::Model if table == "object" => 1,
+            _ => usize::MAX,
+        };
+        Some(names.names.iter().take(count).map(whole).collect())
     }
 
     /// Returns `path` with each name as one step, and with the number of an element, from 0, in place of its name. `span` is that of

@@ -85,10 +85,15 @@ impl Overrides {
         self.at(span).is_some_and(|one| matches!(one.place, Place::Stage(_)))
     }
 
-    /// Adds the origin of the value `name`, whose cell has it.
+    /// Adds the origin of the value `name`, whose cell or distribution has it: a place in a file, or after a flag that is among these.
     pub(super) fn set_cell(&mut self, origin: &str, name: &str) {
+        let follows = |one: &Override| {
+            let rest = origin.strip_prefix(&one.origin);
+            one.place == Place::Request && rest.is_some_and(|rest| rest.starts_with(": "))
+        };
+        let is_of_flag = self.0.iter().any(follows);
         self.set(origin, name, true);
-        if let Some(last) = self.0.last_mut() {
+        if let Some(last) = self.0.last_mut().filter(|_| !is_of_flag) {
             last.place = Place::Cell;
         }
     }

@@ -175,7 +175,11 @@ impl Values {
                 true => String::new(),
                 false => format!(" of {}", self.files[other.file].path.display()),
             };
-            let message = format!("the column `{}`{of_file} sets the same value", other.name);
+            let what = match other.curve {
+                Curve::Random(_) => "draw",
+                _ => "column",
+            };
+            let message = format!("the {what} `{}`{of_file} sets the same value", other.name);
             faults.add(self.head(own), Problem::at(0..0, message));
         }
     }

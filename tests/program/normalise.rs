@@ -140,8 +140,27 @@ fn only_a_model_by_itself_is_normalised_and_nothing_else_moves_it() {
     folder.write("s.toml", crate::common::SMALL_SCENE);
     let said = folder.fail(2, &["s.toml", "--normalise", "unit-cube", "-o", "f.exr"]);
     assert!(said.contains("--normalise: only a model by itself is moved"), "{said}");
-    let moved = ["--set", "object.m.transform.scale=2", "-o", "f.exr"];
-    let said = folder.fail(2, &[&["m.gltf", "--normalise", "unit-cube"], &moved[..]].concat());
-    assert!(said.contains("--normalise: a value moves the model"), "{said}");
+    let job = [&JOB[..], &["--normalise", "unit-cube", "-o", "f.exr", "--set"]].concat();
+    for name in [
+        "object.m.transform.scale",
+        "transform.scale",
+        "random.object.*.transform.scale",
+    ] {
+        let said = folder.fail(2, &[&job[..], &[&format!("{name}=[1,2]")]].concat());
+        let name = name.trim_start_matches("random.");
+        assert!(
+            said.contains(&format!("--normalise: {name} moves the model"))
+                && said.contains("move its nodes (node.NAME.transform)"),
+            "{said}"
+        );
+    }
+    // The bounds of all draws are known.
+    let turned = [
+        "--normalise",
+        "unit-cube",
+        "--set",
+        "random.node.0.transform.rotate.z=[0,90]",
+    ];
+    folder.succeed(&[&JOB[..], &turned, &["--range", "1-2", "-o", "f.#.exr"]].concat());
     assert!(folder.fail(2, &["m.gltf", "--normalise", "cube"]).contains("unit-cube"));
 }

@@ -441,3 +441,24 @@ fn a_model_by_itself_and_jobs_of_farms_draw_values() {
     let script = String::from_utf8(folder.read("b/frames.sbatch")).expect("UTF-8");
     assert!(script.contains("--random=r.toml"), "{script}");
 }
+
+#[test]
+fn all_objects_of_a_model_by_itself_are_the_model_and_not_its_ground() {
+    let folder = Folder::new();
+    folder.write("m.obj", "v -1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
+    folder.write("r.toml", "\"object.*.visible\" = [true, false]\n");
+    let job = ["m.obj", "--random", "r.toml", "--ground", "--dry-run", "-o", "f.png"];
+    let listed = folder.program().args(job).output().expect("it runs").stdout;
+    let listed = String::from_utf8(listed).expect("UTF-8");
+    assert!(
+        listed.contains("object.m.visible") && !listed.contains("ground"),
+        "{listed}"
+    );
+    folder.write("r.toml", "\"object.ground.visible\" = [true, false]\n");
+    let listed = folder.program().args(job).output().expect("it runs").stdout;
+    assert!(
+        String::from_utf8(listed)
+            .expect("UTF-8")
+            .contains("object.ground.visible")
+    );
+}

@@ -180,7 +180,7 @@ fn values_that_are_wrong_somewhere_in_a_distribution_are_refused_with_its_line()
         ("camera.shutter = [[0, 0], [0, 1]]", "holds for the whole job"),
         (
             "'material.m.matte.albedo' = [0, 1]\n'material.m.matte.albedo.r' = [0, 1]",
-            "the column `material.m.matte.albedo` sets the same value",
+            "the draw `material.m.matte.albedo` sets the same value",
         ),
     ] {
         let found = values(&scene(random, &Overrides::default()))
