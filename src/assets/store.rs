@@ -145,6 +145,11 @@ impl Store {
         }
     }
 
+    /// Whether placeholders replace images that are missing or broken.
+    pub fn has_placeholders(&self) -> bool {
+        self.missing == MissingAssets::Placeholder
+    }
+
     /// The number of image files that placeholders replace.
     pub fn replaced(&self) -> usize {
         self.replaced.lock().unwrap_or_else(PoisonError::into_inner).len()

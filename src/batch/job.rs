@@ -36,13 +36,15 @@ use crate::{
         self, LoadOptions, SceneMotion,
         default_scene::{self, ModelOptions, ModelRun},
     },
-    describe::{self, MovingDesc, SceneDesc, ValueSource, Values},
+    describe::{self, SceneDesc, ValueSource, Values},
     error::Error,
     film::Film,
     output::png::data::MOST_IDS,
     render::{Control, Renderer},
     scene::{Scene, SceneBuildError, SceneBuilder},
 };
+
+mod words;
 
 /// A scene and a request, checked against each other.
 pub struct Job {
@@ -226,19 +228,6 @@ impl Job {
                 .map_err(compile::Error::Invalid)?;
         }
         let _ = self.motion.set(Arc::new(motion));
-        for file in self
-            .plan
-            .values
-            .iter()
-            .flat_map(|values| values.files_in_cells(&self.desc))
-        {
-            let missing = |cause| Error::CellFile {
-                origin: file.origin.clone(),
-                cause,
-                path: file.path.clone(),
-            };
-            self.store.files().read(&file.path).map_err(missing)?;
-        }
         self.check_words()?;
         // Frames may load other files of these later.
         let inputs = self.inputs();
@@ -255,27 +244,6 @@ impl Job {
             ..options.clone()
         };
         compile::load_moving(first, &self.store, &options).ok()
-    }
-
-    /// Checks each word in the columns of values, once the scene of the file is loaded.
-    fn check_words(&self) -> Result<(), Error> {
-        let words = self.plan.values.iter().flat_map(|values| values.words());
-        let mut words = words.peekable();
-        let (Some(values), Some(_)) = (self.plan.values.as_deref(), words.peek()) else {
-            return Ok(());
-        };
-        let reader = MovingDesc::new(&self.desc, values);
-        let mut desc = self.desc.clone();
-        for word in words {
-            let mut own = values.at(word.time);
-            own[word.column] = word.text;
-            // Values that do not fit together fail at their frame.
-            if reader.put(&mut desc, &own, word.entity) {
-                compile::check_names(&desc, word.entity, &self.store)
-                    .map_err(|message| Error::Invalid(reader.word_problem(word.column, word.time, message)))?;
-            }
-        }
-        Ok(())
     }
 
     /// The scenes of the frames, made of that which [`Job::build`] returned.

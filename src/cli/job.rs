@@ -93,8 +93,11 @@ fn check(args: &CheckArgs, simd: Isa) -> anyhow::Result<()> {
     let job = pool.install(|| Job::open(&args.scene, &request))?;
     let loaded = pool.install(|| job.load())?;
     pool.install(|| job.check(&loaded))?;
+    let inventory = job.inventory(&loaded);
+    drop(loaded);
+    pool.install(|| job.check_named_files())?;
     log::warnings(&request.warnings);
-    inventory::print(&args.scene, &job, &job.inventory(&loaded), args.json).map_err(Error::Stdout)?;
+    inventory::print(&args.scene, &job, &inventory, args.json).map_err(Error::Stdout)?;
     Ok(())
 }
 
@@ -147,7 +150,8 @@ fn render(args: &RenderArgs, turn: Turn<'_>) -> anyhow::Result<()> {
     }
     if args.check || args.dry_run {
         job.compare_files()?;
-        pool.install(|| job.build(scene))?;
+        pool.install(|| job.build(scene).map(drop))?;
+        pool.install(|| job.check_named_files())?;
         report_valid(&path, &job, quiet);
         return Ok(());
     }

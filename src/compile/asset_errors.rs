@@ -67,6 +67,17 @@ impl AssetErrors {
         }
     }
 
+    /// These errors after others.
+    #[must_use]
+    pub fn after(self, others: Option<Self>) -> Self {
+        let Some(others) = others else { return self };
+        Self {
+            errors: others.errors.into_iter().chain(self.errors).collect(),
+            messages: [others.messages, self.messages].concat(),
+            have_excerpts: self.have_excerpts || others.have_excerpts,
+        }
+    }
+
     pub fn iter(&self) -> impl Iterator<Item = &AssetError> {
         self.errors.iter()
     }
@@ -120,7 +131,8 @@ fn place(FileError { error, object }: &FileError, desc: &SceneDesc) -> Option<Sp
             first.or(second)
         }
         // The image of a displacement is not named by the mesh.
-        (AssetError::Image(_), _) | (_, None) => named(error.path(), desc),
+        (AssetError::Image(_), Some(mesh)) => named(error.path(), desc).or_else(|| Some(mesh.file.span())),
+        (_, None) => named(error.path(), desc),
         (_, Some(mesh)) => Some(mesh.file.span()),
     }
 }

@@ -314,8 +314,10 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
         .first()
         .map(|object| object.parts.edited())
         .unwrap_or_default();
-    let names = options.tables.iter().flat_map(ValueSource::names);
-    edited.extend(&describe::edited_parts(&first, names));
+    let names = || options.tables.iter().flat_map(ValueSource::names);
+    edited.extend(&describe::edited_parts(&first, names()));
+    let is_animated = names().any(|name| name.ends_with(".shape.mesh.animation"));
+    let undecided = || is_animated.then(|| AnimationChoice::Named(Vec::new()));
     let model = store.model(&ModelRequest {
         path: path.to_owned(),
         choice: ModelChoice {
@@ -323,7 +325,7 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
             variant: options.variant.map(str::to_owned),
             lights: Some(true),
             light_units: options.light_units,
-            animation: options.animation.cloned(),
+            animation: options.animation.cloned().or_else(undecided),
             edited,
             subdivision: None,
             displacement: None,

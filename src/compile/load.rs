@@ -1,5 +1,7 @@
 //! The first step of compilation: a description and its files become a [`SceneBuilder`].
 
+use std::path::Path;
+
 use super::{
     Error,
     asset_errors::{FileError, file_errors},
@@ -7,7 +9,7 @@ use super::{
     compiler::Compiler,
     light_names::LightNames,
     materials::warn_of_gain,
-    models,
+    models::ModelPlacer,
     motion::{Movables, SceneMotion},
     options::LoadOptions,
     origin::SceneOrigin,
@@ -72,23 +74,7 @@ pub(super) fn around_models(
     let mut origin = SceneOrigin::new(desc, options.eye);
     let first = options.origin.unwrap_or_else(|| origin.choose());
     let mut compiled = Compiled::around(first, desc, options)?;
-    let requests: Vec<ModelRequest> = compiled.placed.iter().map(PlacedModel::request).collect();
-    store.keep_models(&requests);
-    let loaded = store.models(&requests).map_err(|errors| {
-        let of_object = |(request, error): (usize, AssetError)| FileError {
-            error,
-            object: Some(compiled.placed[request].described),
-        };
-        errors.into_iter().map(of_object).collect::<Vec<_>>()
-    });
-    if let Ok(models) = &loaded {
-        let unknown = placed::unknown_parts(desc, &compiled.placed, models);
-        if let Some(diagnostics) = Diagnostics::new(&desc.source, unknown) {
-            return Err(Error::Invalid(diagnostics));
-        }
-        placed::choose_parts(desc, &mut compiled.placed, models);
-    }
-    let loaded = loaded.map(|models| LoadedModels::new(&compiled.placed, models, options.time));
+    let loaded = load_models(desc, store, &mut compiled.placed, options.time)?;
     if options.origin.is_some() {
         return Ok((compiled, loaded));
     }
@@ -105,6 +91,90 @@ pub(super) fn around_models(
         }
     }
     Ok((compiled, loaded))
+}
+
+/// Loads the models of placed objects at `time`, in s; or says what is wrong with each that is broken.
+fn load_models(
+    desc: &SceneDesc,
+    store: &Store,
+    placed: &mut [PlacedModel],
+    time: f64,
+) -> Result<Result<LoadedModels, Vec<FileError>>, Error> {
+    let requests: Vec<ModelRequest> = placed.iter().map(PlacedModel::request).collect();
+    store.keep_models(&requests);
+    let models = match store.models(&requests) {
+        Ok(models) => models,
+        Err(errors) => {
+            let of_object = |(request, error): (usize, AssetError)| FileError {
+                error,
+                object: Some(placed[request].described),
+            };
+            return Ok(Err(errors.into_iter().map(of_object).collect()));
+        }
+    };
+    let unknown = placed::unknown_parts(desc, placed, &models);
+    if let Some(diagnostics) = Diagnostics::new(&desc.source, unknown) {
+        return Err(Error::Invalid(diagnostics));
+    }
+    placed::choose_parts(desc, placed, &models);
+    Ok(Ok(LoadedModels::new(placed, models, time)))
+}
+
+/// Loads a file that `desc` names, a model, an image or a profile, with the files that it names itself, and drops it. Models that
+/// `known` has were loaded before.
+///
+/// # Errors
+/// Those that [`load`] has, as far as they are of this file.
+pub fn check_file(
+    desc: &SceneDesc,
+    path: &Path,
+    store: &Store,
+    options: &LoadOptions,
+    known: &mut Vec<ModelRequest>,
+) -> Result<(), Error> {
+    let origin = SceneOrigin::new(desc, options.eye).choose();
+    let compiled = Compiled::around(origin, desc, options)?;
+    let (mut scene, mut images, mut placed) = (compiled.scene, compiled.images, compiled.placed);
+    images.extend(compiled.environment);
+    images.retain(|image| image.source.name() == path);
+    placed.retain(|own| own.file == path && own.part_of.is_none() && !known.contains(&own.request()));
+    // The images of a model are needed where its materials are shown.
+    known.extend(
+        placed
+            .iter()
+            .filter(|own| own.material.is_none())
+            .map(PlacedModel::request),
+    );
+    let mut models = placer(&mut scene, &mut images, store, options);
+    let placing = load_models(desc, store, &mut placed, options.time)?
+        .and_then(|loaded| models.place(&placed, &loaded).map_err(file_errors));
+    let of_images = store.images(&images).err();
+    let of_profiles = LightNames::new(desc).load(desc.folder(), store.files()).err();
+    let others = [of_images, of_profiles].into_iter().flatten().flatten();
+    let object = placed.first().map(|own| own.described);
+    let others = others.map(|error| FileError { error, object });
+    let errors: Vec<_> = placing.err().into_iter().flatten().chain(others).collect();
+    match errors.is_empty() {
+        true => Ok(()),
+        false => Err(Error::assets(errors, desc)),
+    }
+}
+
+/// Adds models to a scene.
+fn placer<'a>(
+    scene: &'a mut SceneBuilder,
+    images: &'a mut Vec<ImageRequest>,
+    store: &'a Store,
+    options: &LoadOptions,
+) -> ModelPlacer<'a> {
+    ModelPlacer {
+        scene,
+        images,
+        instancing: options.instancing,
+        warnings: store.warnings(),
+        memory: store.files().memory(),
+        movables: Movables::default(),
+    }
 }
 
 /// The origin that suits a scene. Models that `store` does not have are loaded.
@@ -146,14 +216,7 @@ pub fn load_moving(
             path: desc.source.path.clone(),
         })?;
     // Problems of models and of images are reported together.
-    let mut models = models::ModelPlacer {
-        scene: &mut scene,
-        images: &mut images,
-        instancing: options.instancing,
-        warnings: store.warnings(),
-        memory,
-        movables: Movables::default(),
-    };
+    let mut models = placer(&mut scene, &mut images, store, options);
     let motion = loaded.and_then(|loaded| {
         models.place(&placed, &loaded).map_err(file_errors)?;
         unused::warn(desc, models.scene, (&placed, &loaded), options, store.warnings());

@@ -46,7 +46,7 @@ pub use asset_errors::AssetErrors;
 pub use bounds::visible_bounds;
 pub use error::Error;
 pub use instancing::Instancing;
-pub use load::{load, load_moving, origin};
+pub use load::{check_file, load, load_moving, origin};
 pub use motion::{LastPoses, SceneMotion};
 pub use objects::{check_names, plays_animations};
 pub use options::LoadOptions;

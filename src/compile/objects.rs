@@ -47,6 +47,9 @@ impl Compiler<'_> {
                 let Some(displacement) = self.displacement_of(mesh) else {
                     continue;
                 };
+                // None are played here, and values decided that.
+                let is_animated = self.options.animated.contains(&i);
+                let undecided = || is_animated.then(|| AnimationChoice::Named(Vec::new()));
                 let id = self.scene.object(&name, Some(file), material.unwrap_or(MaterialId(0)));
                 self.object_settings(object, id);
                 models.push(PlacedModel {
@@ -61,7 +64,7 @@ impl Compiler<'_> {
                         variant: mesh.variant.clone(),
                         lights: mesh.lights,
                         light_units: mesh.light_units,
-                        animation: mesh.animation.clone(),
+                        animation: mesh.animation.clone().or_else(undecided),
                         edited,
                         subdivision: mesh.subdivision(),
                         displacement,

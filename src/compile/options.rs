@@ -18,6 +18,8 @@ pub struct LoadOptions {
     pub moved: BTreeSet<usize>,
     /// The nodes and materials of models whose values change over time, by the indices of objects.
     pub edited: BTreeMap<usize, EditedParts>,
+    /// The objects that play other animations over time, by their indices.
+    pub animated: BTreeSet<usize>,
     /// Whether values of materials change over time.
     pub changes_materials: bool,
     /// The time of the animations of models, in s.

@@ -52,4 +52,4 @@ pub use settings::{CRYPTOMATTE_LEVELS, OneOrMany, OutputDesc, RenderDesc, are_cr
 pub use stage::Stage;
 pub use value_columns::edited_parts;
 pub use value_sources::ValueSource;
-pub use values::{ValueFile, Values};
+pub use values::{ValueFile, Values, Word};

@@ -9,7 +9,11 @@ use toml::de::{DeTable, DeValue};
 
 use super::{
     BackgroundDesc, Diagnostics, Entity, FrameTime, LightEntry, MaterialEntry, ObjectDesc, SceneDesc, TextureEntry,
-    names::unset, overrides::put, placed::placed, read::Reader, values::Values,
+    names::unset,
+    overrides::put,
+    placed::placed,
+    read::Reader,
+    values::{Values, Word},
 };
 use crate::{
     camera::{CameraDesc, SceneCamera},
@@ -73,10 +77,13 @@ impl<'d> MovingDesc<'d> {
         Diagnostics::new(&desc.source, problems).map_or(Ok(()), Err)
     }
 
-    /// Puts an entity into `desc` with the values `own`. Returns whether these fit together.
-    pub fn put(&self, desc: &mut SceneDesc, own: &[String], entity: Entity) -> bool {
-        let read = self.entity(entity, own);
-        read.map(|read| read.put(entity, desc)).is_ok()
+    /// Puts the entity of a word into `desc`, with the word and the other values of its time. Returns whether these fit together.
+    pub fn put(&self, desc: &mut SceneDesc, word: &Word) -> bool {
+        let mut own = self.values.at(word.time);
+        own[word.column].clone_from(&word.text);
+        desc.source.overrides = self.values.overrides_of_words(self.desc, word.time);
+        let read = self.entity(word.entity, &own);
+        read.map(|read| read.put(word.entity, desc)).is_ok()
     }
 
     /// The camera of the scene file at a time.
@@ -127,11 +134,11 @@ impl<'d> MovingDesc<'d> {
         Diagnostics::new(&source, problems).expect("what cannot be read has a problem")
     }
 
-    /// The problem of a word of a column at a time.
-    pub fn word_problem(&self, column: usize, time: FrameTime, message: String) -> Diagnostics {
-        let problem = vec![Problem::at(self.values.span(column), message)];
+    /// The problem of a word.
+    pub fn word_problem(&self, word: &Word, message: String) -> Diagnostics {
+        let problem = vec![Problem::at(self.values.span(word.column), message)];
         let source = self.desc.source.clone();
-        let source = source.with(self.values.overrides_of_words(self.desc, time));
+        let source = source.with(self.values.overrides_of_words(self.desc, word.time));
         Diagnostics::new(&source, problem).expect("there is a problem")
     }
 

@@ -36,14 +36,6 @@ pub struct ValueFile {
     pub table: ValueTable,
 }
 
-/// A file that a cell names.
-#[derive(Clone, Debug)]
-pub struct CellFile {
-    pub path: PathBuf,
-    /// The cell.
-    pub origin: String,
-}
-
 /// The rows of a file.
 #[derive(Clone, Debug)]
 pub(super) struct FileRows {
@@ -56,6 +48,17 @@ pub(super) struct FileRows {
     pub is_apart: bool,
 }
 
+/// The text of a word, which is in TOML.
+fn plain(word: &str) -> Option<String> {
+    match word.parse() {
+        Ok(toml::Value::String(text)) => Some(text),
+        _ => None,
+    }
+}
+
+/// The steps at which keys end that name a file.
+const FILES: [&str; 2] = ["file", "ies"];
+
 /// A word in a column.
 #[derive(Clone, Debug)]
 pub struct Word {
@@ -66,6 +69,12 @@ pub struct Word {
     pub time: FrameTime,
     /// In TOML.
     pub text: String,
+    /// The place of its cell, or of its distribution.
+    pub origin: String,
+    /// The file that it names, if its column is one of files.
+    pub file: Option<PathBuf>,
+    /// Whether it is drawn, and other values of the same entity are drawn as well.
+    pub is_drawn_beside_others: bool,
 }
 
 /// The values that change from frame to frame.
@@ -208,35 +217,16 @@ impl Values {
         apart.map(|file| file.path.as_path())
     }
 
-    /// The files that cells name, each once.
-    pub fn files_in_cells(&self, desc: &SceneDesc) -> Vec<CellFile> {
-        let mut files: BTreeMap<PathBuf, String> = BTreeMap::new();
-        for column in self
-            .columns
-            .iter()
-            .filter(|column| column.path.last().is_some_and(|step| step == "file"))
-        {
-            for (text, time) in column.curve.words() {
-                let value: Option<toml::Value> = text.parse().ok();
-                if let Some(name) = value.as_ref().and_then(toml::Value::as_str) {
-                    let origin = || self.cell(column, time);
-                    files.entry(desc.folder().join(name)).or_insert_with(origin);
-                }
-            }
-        }
-        files
-            .into_iter()
-            .map(|(path, origin)| CellFile { path, origin })
-            .collect()
-    }
-
-    /// The words of columns, each once, but for names of files.
-    pub fn words(&self) -> Vec<Word> {
+    /// The words of columns, each once. Files are relative to the folder of `desc`.
+    pub fn words(&self, desc: &SceneDesc) -> Vec<Word> {
         let mut words = Vec::new();
         for (at, column) in self.columns.iter().enumerate() {
-            if column.path.last().is_some_and(|step| step == "file") {
-                continue;
-            }
+            let names_files = column.path.last().is_some_and(|step| FILES.contains(&step.as_str()));
+            let file = |text: &str| Some(desc.folder().join(plain(text).filter(|_| names_files)?));
+            let is_drawn = |column: &Column| matches!(column.curve, Curve::Random(_));
+            let is_other =
+                |other: &Column| other.entity == column.entity && other.path != column.path && is_drawn(other);
+            let is_drawn_beside_others = is_drawn(column) && self.columns.iter().any(is_other);
             let mut known = BTreeSet::new();
             let new = column.curve.words().filter(|(text, _)| known.insert(*text));
             words.extend(new.map(|(text, time)| Word {
@@ -244,9 +234,27 @@ impl Values {
                 column: at,
                 time,
                 text: text.to_owned(),
+                origin: self.origin_of_word(column, time),
+                file: file(text),
+                is_drawn_beside_others,
             }));
         }
         words
+    }
+
+    /// The names of the models that columns have.
+    pub fn model_files(&self) -> impl Iterator<Item = String> {
+        let files = self
+            .columns
+            .iter()
+            .filter(|column| column.path == ["shape", "mesh", "file"]);
+        files.flat_map(|column| column.curve.words().filter_map(|(text, _)| plain(text)))
+    }
+
+    /// The objects whose animations have values.
+    pub fn animated_objects(&self) -> BTreeSet<usize> {
+        let of_animation = self.keys().filter(|(_, path)| *path == ["shape", "mesh", "animation"]);
+        of_animation.filter_map(|(entity, _)| entity.object()).collect()
     }
 
     /// The objects whose transforms have values.
@@ -322,13 +330,16 @@ impl Values {
     pub(super) fn overrides_of_words(&self, desc: &SceneDesc, time: FrameTime) -> Overrides {
         let mut overrides = desc.source.overrides.clone();
         for column in &self.columns {
-            let origin = match column.curve {
-                Curve::Random(_) => self.head(column),
-                _ => self.cell(column, time),
-            };
-            overrides.set_cell(&origin, &column.name);
+            overrides.set_cell(&self.origin_of_word(column, time), &column.name);
         }
         overrides
+    }
+
+    fn origin_of_word(&self, column: &Column, time: FrameTime) -> String {
+        match column.curve {
+            Curve::Random(_) => self.head(column),
+            _ => self.cell(column, time),
+        }
     }
 
     /// The span of the values of a column.

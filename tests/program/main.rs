@@ -47,6 +47,7 @@ mod model;
 mod model_lights;
 mod model_values;
 mod motion;
+mod named_files;
 mod names;
 mod normalise;
 mod normals;

@@ -3,7 +3,7 @@ use std::path::PathBuf;
 use super::*;
 use crate::{
     assets::camera_path::{CameraPathOptions, ValueColumns},
-    describe::{MovingDesc, Source, ValueSource, parse},
+    describe::{FrameTime, MovingDesc, Source, ValueSource, parse},
 };
 
 const SCENE: &str = "[background]\nenvironment = { file = 'sky.exr' }\n\
@@ -245,7 +245,9 @@ fn a_scale_of_zero_is_one_of_a_nanometre_a_metre() {
     );
     let values = read_for(&scene, table).unwrap_or_else(|e| panic!("{e}"));
     let (moving, mut desc) = (MovingDesc::new(&scene, &values), scene.clone());
-    assert!(moving.put(&mut desc, &values.at(2.0), Entity::Object(0)));
+    let object = BTreeSet::from([Entity::Object(0)]);
+    let set = moving.set(&mut desc, (FrameTime::from(2.0), &values.at(2.0)), &object);
+    assert!(set.is_ok());
     let transform = desc.objects[0].transform.as_ref().expect("a transform").get_ref();
     let map = transform.compile(0..0).expect("it has an inverse");
     assert_eq!(
