@@ -81,6 +81,8 @@ kinds! {
     UNSAVED_KEYS = "unsaved-keys";
     /// A file of the whole sequence is damaged, and the frames of other jobs in it are lost.
     LOST_FRAMES = "lost-frames";
+    /// Categories of one `coco.json` are named after different things.
+    MIXED_LABELS = "mixed-labels";
     /// A file could not be written at the first attempt.
     RETRY = "retry";
 }

@@ -128,6 +128,15 @@ fn labels_of_frames_with_other_models_are_the_same_from_parts_in_any_order() {
             );
         }
     }
+    // A picture without a number shows the last frame.
+    for range in ["1", "2"] {
+        job(&folder, "still/f.png", &["--range", range]);
+    }
+    let ids = json(&folder, "still/ids.json");
+    assert_eq!(
+        (list(&ids, "tables").len(), &ids["tables"][0]["frames"]),
+        (1, &json!([2]))
+    );
     // A frame that is there is labelled as one that is rendered.
     std::fs::remove_file(folder.path("rising/coco.json")).expect("removed");
     job(&folder, "rising/f.####.png", &["--skip-existing"]);
@@ -324,4 +333,70 @@ fn pictures_that_transforms_json_no_longer_lists_are_named() {
     assert!(said("right.png", "16,0,32,24").starts_with(warning));
     std::fs::remove_file(folder.path("right.png")).expect("removed");
     assert_eq!(said("left.png", "0,0,16,24"), "");
+}
+
+#[test]
+fn a_model_by_itself_is_below_its_folder_and_files_of_one_name_have_two() {
+    let folder = Folder::new();
+    let job = [
+        "--metadata",
+        "coco",
+        "--categories",
+        "file",
+        "--resolution",
+        "32x24",
+        "--samples",
+        "1",
+        "-q",
+    ];
+    for name in ["oak", "elm"] {
+        std::fs::create_dir(folder.path(name)).expect("made");
+        folder.write(&format!("{name}/chair.obj"), &model(&["leg"]));
+    }
+    folder.succeed(&[&["oak/chair.obj", "-o", "one/f.png"], &job[..]].concat());
+    assert_eq!(categories(&json(&folder, "one/coco.json")), [("chair", "oak")]);
+    // The first part does not know of the other file.
+    for (name, frame) in [("oak", "1"), ("elm", "2"), ("oak", "3")] {
+        let scene = format!("{name}/chair.obj");
+        let output = ["-o", "all/f.#.png", "--turntable", "36", "--range", frame];
+        folder.succeed(&[&[&scene[..]], &output[..], &job[..]].concat());
+    }
+    let file = json(&folder, "all/coco.json");
+    assert_eq!(categories(&file), [("elm/chair", "elm"), ("oak/chair", "oak")]);
+    let of = |at: usize| list(&file, "annotations")[at]["category_id"].as_u64();
+    assert_eq!([of(0), of(1), of(2)], [Some(2), Some(1), Some(2)]);
+}
+
+#[test]
+fn parts_in_folders_of_their_own_number_files_alike_and_mixed_kinds_are_a_warning() {
+    let folder = folder();
+    let job = |output: &str, kind: &str, range: &str| {
+        let args = [
+            "--categories",
+            kind,
+            "--range",
+            range,
+            "-o",
+            output,
+            "--progress",
+            "none",
+        ];
+        let output = folder.run(&[&JOB[..], &args].concat());
+        assert!(output.status.success(), "{}", stderr(&output));
+        stderr(&output)
+    };
+    for range in ["1", "2"] {
+        assert_eq!(job(&format!("{range}/f.#.png"), "file", range), "");
+    }
+    let [one, two] = ["1", "2"].map(|part| json(&folder, &format!("{part}/coco.json")));
+    let expected = [("ball", "ball"), ("chair", "things"), ("table", "things")];
+    assert_eq!(
+        (&categories(&one)[..], &categories(&two)[..]),
+        (&expected[..], &expected[..])
+    );
+    let said = job("1/f.#.png", "object", "2");
+    assert!(
+        said.contains("the categories of this job are named after `object`, those of other pictures after `file`"),
+        "{said}"
+    );
 }

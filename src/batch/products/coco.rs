@@ -16,6 +16,7 @@ mod runs;
 
 use std::{
     borrow::Cow,
+    cmp::Ordering,
     collections::{BTreeMap, HashMap, HashSet},
     path::Path,
 };
@@ -31,6 +32,7 @@ use crate::{
     batch::{FrameFailure, Plan, plan::metering::OBJECTS},
     film::Film,
     scene::{ObjectRole, Part, Scene},
+    warnings::WarningKind,
 };
 
 /// The numbers of the instances of a picture, of which each object has one.
@@ -54,6 +56,9 @@ pub(super) struct Coco {
 #[derive(Serialize, Deserialize)]
 struct Info {
     description: Cow<'static, str>,
+    /// What categories are named after, which a file of an older version does not say.
+    #[serde(default)]
+    categories: Option<Cow<'static, str>>,
 }
 
 #[derive(Serialize, Deserialize)]
@@ -94,6 +99,12 @@ struct Category {
     supercategory: String,
 }
 
+impl Category {
+    fn compare(&self, other: &Self) -> Ordering {
+        (&self.name, &self.supercategory).cmp(&(&other.name, &other.supercategory))
+    }
+}
+
 /// The instances of the frames of a job, as they are rendered.
 #[derive(Default)]
 pub(in crate::batch) struct Instances {
@@ -104,6 +115,18 @@ pub(in crate::batch) struct Instances {
 }
 
 impl Instances {
+    /// Those of no frame yet, with the categories of all models that frames may show, where files are categories.
+    pub fn new(plan: &Plan) -> Self {
+        let mut own = Self::default();
+        if plan.files.categories == CategoryKind::File {
+            let files = plan.values.iter().flat_map(|values| values.model_files());
+            for file in files {
+                own.category(CategoryName::of_file(&plan.files.scene.with_file_name(file)));
+            }
+        }
+        own
+    }
+
     /// Adds the instances of a frame, whose film has the numbers of objects, and those of materials where they are the categories.
     pub fn add(&mut self, plan: &Plan, frame: i32, (film, scene): (&Film, &Scene)) {
         let size = [film.window.width(), film.window.height()];
@@ -151,7 +174,7 @@ impl Instances {
     }
 
     /// The file of these frames but for those that failed.
-    pub(super) fn file(self, failures: &[FrameFailure]) -> Coco {
+    pub(super) fn file(self, kind: CategoryKind, failures: &[FrameFailure]) -> Coco {
         let failed: HashSet<i64> = failures.iter().map(|failure| failure.frame.into()).collect();
         let (mut images, mut annotations) = (self.images, self.annotations);
         images.retain(|image| !failed.contains(&image.id));
@@ -160,6 +183,7 @@ impl Instances {
         let mut file = Coco {
             info: Info {
                 description: CONVENTIONS.into(),
+                categories: Some(kind.name().into()),
             },
             images,
             annotations,
@@ -239,6 +263,16 @@ impl Coco {
         if images.is_empty() {
             return;
         }
+        if let (Some(own), Some(other)) = (&self.info.categories, &others.info.categories)
+            && own != other
+        {
+            let path = folder.join("coco.json");
+            let path = path.display();
+            let text = format!(
+                "the categories of this job are named after `{own}`, those of other pictures after `{other}` (--categories): {path}"
+            );
+            plan.warnings.add_live(WarningKind::MIXED_LABELS, &path, text);
+        }
         let first = self.categories.len();
         let number: HashMap<usize, usize> = (others.categories.iter().map(|category| category.id))
             .zip(first + 1..)
@@ -270,10 +304,31 @@ impl Coco {
         }
     }
 
+    /// Puts the names of folders before those of files that are the same in several folders.
+    fn tell_files_apart(&mut self) {
+        let are_files = [CategoryKind::File, CategoryKind::Scene].map(|kind| Some(kind.name().into()));
+        if !are_files.contains(&self.info.categories) {
+            return;
+        }
+        self.categories.sort_by(Category::compare);
+        let pair = |category: &Category| [category.name.clone(), category.supercategory.clone()];
+        let known: Vec<[String; 2]> = self.categories.iter().map(pair).collect();
+        for category in &mut self.categories {
+            let [name, folder] = pair(category);
+            let first = known.partition_point(|[other, _]| *other < name);
+            let next = known.partition_point(|[other, _]| *other <= name);
+            let is_shared = known[first][1] != known[next - 1][1];
+            let whole = [format!("{folder}/{name}"), folder];
+            if is_shared || known.binary_search(&whole).is_ok() {
+                [category.name, _] = whole;
+            }
+        }
+    }
+
     /// Sorts all by their numbers, and categories by their names, each of which is there once.
     fn sort(&mut self) {
-        self.categories
-            .sort_by(|a, b| (&a.name, &a.supercategory).cmp(&(&b.name, &b.supercategory)));
+        self.tell_files_apart();
+        self.categories.sort_by(Category::compare);
         let mut numbers = HashMap::new();
         let mut sorted: Vec<Category> = Vec::with_capacity(self.categories.len());
         for category in std::mem::take(&mut self.categories) {

@@ -121,14 +121,11 @@ fn add(tables: &mut Vec<Table>, other: Table) {
 }
 
 impl IdsOfFrames {
-    /// Adds the frames of other jobs of the same sequence. Frames of this job replace theirs.
-    pub fn join(&mut self, mut others: Self) {
-        let own: HashSet<i32> = self
-            .tables
-            .iter()
-            .flat_map(|table| table.frames.iter().copied())
-            .collect();
-        others.retain(|frame| !own.contains(&frame));
+    /// Adds the frames of other jobs of the same sequence, whose pictures are named by `picture`. Pictures of this job replace theirs.
+    pub fn join(&mut self, mut others: Self, picture: impl Fn(i32) -> String) {
+        let frames = self.tables.iter().flat_map(|table| &table.frames);
+        let own: HashSet<String> = frames.map(|frame| picture(*frame)).collect();
+        others.retain(|frame| !own.contains(&picture(frame)));
         others.tables.into_iter().for_each(|table| add(&mut self.tables, table));
         self.retain(|_| true);
     }

@@ -26,7 +26,7 @@ impl Labels {
         let has = |sidecar| plan.files.sidecars.contains(&sidecar);
         let change = plan.values.as_deref().is_some_and(|values| values.changes_models());
         Self {
-            instances: has(Sidecar::Coco).then(Instances::default),
+            instances: has(Sidecar::Coco).then(|| Instances::new(plan)),
             names: (has(Sidecar::Ids) && change).then(NamesOfFrames::default),
         }
     }

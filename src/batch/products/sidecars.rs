@@ -46,7 +46,7 @@ pub(in crate::batch) fn write(
         }
     }
     if let (Some(path), Some(instances)) = (path(Sidecar::Coco), labels.instances) {
-        let mut own = instances.file(failures);
+        let mut own = instances.file(plan.files.categories, failures);
         let folder = atomic::folder_of(&path);
         let _gate = FolderGate::close(&folder, cancel);
         if plan.files.keeps_labels
@@ -65,7 +65,7 @@ pub(in crate::batch) fn write(
             if plan.is_chunk
                 && let Some(others) = read(&path)?
             {
-                own.join(others);
+                own.join(others, |frame| transforms::picture_name(plan, frame));
             }
             Ok(write_json(&path, &own)?)
         }

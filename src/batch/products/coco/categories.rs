@@ -44,7 +44,7 @@ impl CategoryName {
     }
 
     /// That of a file.
-    fn of_file(file: &Path) -> Self {
+    pub fn of_file(file: &Path) -> Self {
         let stem = file.file_stem().unwrap_or_default().to_string_lossy();
         let own = Self::of_name(&stem);
         let folder = file.parent().and_then(Path::file_name);
@@ -73,7 +73,7 @@ pub fn categories(kind: CategoryKind, scene: &Scene, source: &Path) -> Vec<Categ
             let ObjectId(object) = part.object;
             let object = &scene.geometry.objects[object as usize];
             match &object.asset {
-                Some(file) => CategoryName::of_file(Path::new(file)),
+                Some(file) => CategoryName::of_file(&source.with_file_name(file)),
                 None => CategoryName::of_name(&object.name),
             }
         }),
