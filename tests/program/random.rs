@@ -414,30 +414,42 @@ fn one_file_of_distributions_varies_what_models_have_whatever_they_call_it() {
     assert_eq!(names("a"), ["material.blue.base_color", "object.a.transform.rotate.y"]);
 }
 
-#[test]
-fn a_model_by_itself_and_jobs_of_farms_draw_values() {
+/// A model by itself, the table that it draws from, and a job of three frames.
+const MODEL_JOB: [&str; 9] = [
+    "m.obj",
+    "--random=r.toml",
+    "--range=1-3",
+    "--resolution=16x12",
+    "--samples=1",
+    "-o",
+    "f.####.exr",
+    "--metadata",
+    "transforms",
+];
+
+fn model_folder() -> Folder {
     let folder = folder();
     folder.write("m.obj", "v -1 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     folder.write(
         "r.toml",
         "transform.rotate.y = [0, 360]\n\"background.sky.elevation\" = [5, 80]\n",
     );
-    let job = [
-        "m.obj",
-        "--random",
-        "r.toml",
-        "--range",
-        "1-3",
-        "--resolution",
-        "16x12",
-        "--samples",
-        "1",
-    ];
-    let files = ["-o", "f.####.exr", "--metadata", "transforms"];
-    folder.succeed(&[&job[..], &files].concat());
+    folder
+}
+
+#[test]
+fn a_model_by_itself_draws_values() {
+    let folder = model_folder();
+    folder.succeed(&MODEL_JOB);
     let values = drawn(&folder);
     assert!(values[0] != values[1] && values[0]["transform.rotate.y"].is_f64());
-    folder.succeed(&[&["submit", "--engine", "slurm", "--bundle", "b"], &job[..], &files].concat());
+}
+
+#[test]
+#[cfg(unix)]
+fn jobs_of_farms_draw_values() {
+    let folder = model_folder();
+    folder.succeed(&[&["submit", "--engine", "slurm", "--bundle", "b"], &MODEL_JOB[..]].concat());
     let script = String::from_utf8(folder.read("b/frames.sbatch")).expect("UTF-8");
     assert!(script.contains("--random=r.toml"), "{script}");
 }
