@@ -11,7 +11,7 @@ use crate::{
         motion::ModelClip,
         store::ModelReport,
     },
-    math::Vec3,
+    math::{Vec3, sorting},
     scene::SceneBuilder,
     warnings::Warning,
 };
@@ -100,7 +100,7 @@ impl AnimationEntry {
         Self {
             name: clip.name.clone(),
             seconds: Some(clip.length).filter(|length| length.is_finite()),
-            moves: clip.moves.iter().copied().collect(),
+            moves: sorting::ordered(clip.moves.iter().copied()),
             played: match played {
                 None => false,
                 Some(AnimationChoice::All) => true,

@@ -8,7 +8,7 @@ use crate::{
     compile::{self, Change, LastPoses, LoadOptions, Refresher, SceneMotion},
     describe::{Entity, FrameTime, MovingDesc, PartsDesc, SceneDesc, Values},
     error::Error,
-    math::DVec3,
+    math::{DVec3, sorting},
     scene::Scene,
 };
 
@@ -81,7 +81,7 @@ pub(super) fn rebuilds(values: &Values) -> bool {
 pub(super) fn moved_description(desc: &SceneDesc, values: &Values, frame: f64) -> Option<SceneDesc> {
     let (reader, frame) = (MovingDesc::new(desc, values), FrameTime::from(frame));
     let own = values.at(frame);
-    let entities = reader.changed(None, &own).map(|(entity, _)| entity).collect();
+    let entities = sorting::ordered(reader.changed(None, &own).map(|(entity, _)| entity));
     let mut desc = desc.clone();
     reader.set(&mut desc, (frame, &own), &entities).ok()?;
     Some(desc)
@@ -202,13 +202,13 @@ impl Moving<'_> {
                 let new = values.at(time);
                 let known = old.as_ref().ok().and_then(|old| old.as_deref());
                 let changed: Vec<_> = reader.changed(known, &new).collect();
-                let entities: BTreeSet<Entity> = changed.iter().map(|(entity, _)| *entity).collect();
+                let entities: BTreeSet<Entity> = sorting::ordered(changed.iter().map(|(entity, _)| *entity));
                 if !entities.is_empty() {
                     let set = reader.set(&mut self.desc, (time, &new), &entities);
                     set.map_err(|found| Error::Compile(compile::Error::Invalid(found)))?;
                 }
                 let changes = changed.iter().filter_map(|(entity, path)| change(*entity, path));
-                (new, changes.collect())
+                (new, sorting::ordered(changes))
             }
             None => (Vec::new(), BTreeSet::new()),
         };

@@ -5,6 +5,7 @@ use std::{collections::BTreeSet, fmt};
 use batch_render::{
     batch::{FrameError, FrameRange, Plan, Summary},
     error::{Blame, Error},
+    math::sorting,
 };
 
 use super::{preview::is_animated, replay::Replay};
@@ -78,7 +79,7 @@ pub fn unfinished(summary: &Summary, plan: &Plan, typed: &Replay) -> Option<Stri
     let own = || plan.all_frames().iter().map(|frame| i64::from(frame.number));
     let is_beyond = own().any(|frame| !plan.extent.contains(&frame));
     let outdated = summary.outdated.iter().map(|frame| i64::from(*frame));
-    let range = is_beyond.then(|| FrameRange::of(own().chain(outdated).collect::<BTreeSet<_>>()));
+    let range = is_beyond.then(|| FrameRange::of(sorting::ordered::<_, BTreeSet<i64>>(own().chain(outdated))));
     (!facts.is_empty()).then(|| unfinished_line(typed.clone(), &facts.join("; "), range))
 }
 

@@ -2,7 +2,7 @@
 
 use std::{borrow::Cow, collections::BTreeMap};
 
-use batch_render::{batch::Summary, error::Error, warnings::Warning};
+use batch_render::{batch::Summary, error::Error, math::sorting, warnings::Warning};
 use serde::{Deserialize, Serialize};
 
 /// All figures.
@@ -46,7 +46,7 @@ impl Report {
     /// Adds the frames of other jobs with the same settings, in rising order. A frame that this job renders replaces theirs. One that
     /// it skips or only denoises keeps the figures of its rendering.
     pub fn join(&mut self, others: Vec<Frame>) {
-        let mut frames: BTreeMap<i32, Frame> = others.into_iter().map(|frame| (frame.frame, frame)).collect();
+        let mut frames: BTreeMap<i32, Frame> = sorting::ordered(others.into_iter().map(|frame| (frame.frame, frame)));
         for mut own in self.frames.drain(..) {
             if let Some(theirs) = frames.remove(&own.frame) {
                 own.continue_from(theirs);

@@ -5,6 +5,8 @@
 
 use std::io::{self, Write};
 
+use batch_render::math::sorting;
+
 /// The bits of each channel by which colours are counted.
 const BITS: u32 = 5;
 const LEVELS: usize = 1 << BITS;
@@ -82,7 +84,7 @@ impl Histogram {
 
     /// Two halves of a box, of about as many pixels.
     fn split(&self, mut cells: Vec<usize>, channel: usize) -> [Vec<usize>; 2] {
-        cells.sort_by_key(|cell| level(*cell, channel));
+        sorting::sort_by_key(&mut cells, |cell| level(*cell, channel));
         let half = self.count(&cells) / 2;
         let (mut seen, mut at) = (0, 0);
         while at + 1 < cells.len() && (at == 0 || seen + self.cells[cells[at]][3] <= half) {

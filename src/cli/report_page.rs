@@ -1,13 +1,13 @@
 //! The report of a job as one self-contained HTML page (`--report`).
 
 use std::{
-    collections::BTreeMap,
+    collections::{BTreeMap, HashMap},
     fmt::{Display, Write},
-    io::Cursor,
 };
 
 use base64::{Engine as _, engine::general_purpose::STANDARD};
 use batch_render::{math::sorting, output::FrameImage};
+use image::codecs::png::PngEncoder;
 
 use super::{
     figures::{Album, Frame, Report, State, Status},
@@ -38,9 +38,9 @@ figcaption{padding:.25rem .5rem;font-size:13px;display:flex;justify-content:spac
 /// A small picture of a frame, as the address of an image.
 pub fn thumbnail(image: &FrameImage<'_>) -> Option<String> {
     let small = small_picture(image, THUMBNAIL);
-    let mut file = Cursor::new(Vec::new());
-    small.write_to(&mut file, image::ImageFormat::Png).ok()?;
-    Some(format!("data:image/png;base64,{}", STANDARD.encode(file.into_inner())))
+    let mut file = Vec::new();
+    small.write_with_encoder(PngEncoder::new(&mut file)).ok()?;
+    Some(format!("data:image/png;base64,{}", STANDARD.encode(file)))
 }
 
 /// The page. It is whole at any moment while frames finish.
@@ -209,7 +209,7 @@ fn sheet(out: &mut String, report: &Report, thumbnails: &BTreeMap<i32, String>) 
         return;
     }
     out.push_str("<h2>Frames</h2>\n<div class=\"sheet\">\n");
-    let by_number: BTreeMap<i32, &Frame> = report.frames.iter().map(|f| (f.frame, f)).collect();
+    let by_number: HashMap<i32, &Frame> = report.frames.iter().map(|f| (f.frame, f)).collect();
     for (number, address) in thumbnails {
         let time = by_number.get(number).map_or(0.0, |f| f.wall_s);
         let _ = writeln!(

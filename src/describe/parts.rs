@@ -84,7 +84,8 @@ impl PartsDesc {
             edited.moved.extend(edit.moves().then(|| name.clone()));
             edited.switched.extend(edit.visible.map(|_| name.clone()));
         }
-        edited.materials = self.materials.iter().map(|(name, _)| name.name.clone()).collect();
+        let names = self.materials.iter().map(|(name, _)| name.name.clone());
+        edited.materials.extend(names);
         edited
     }
 

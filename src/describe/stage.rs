@@ -182,7 +182,8 @@ fn sun<'i>(table: &mut DeTable<'i>, value: Spanned<DeValue<'i>>) -> Result<(), P
             sun.insert(key("angle", &span), constant(NEW_ANGLE, &span));
             turn(&mut sun, direction, irradiance, &span);
             let sun = Spanned::new(span.clone(), DeValue::Table(sun));
-            let light = DeTable::from_iter([(key("sun", &span), sun)]);
+            let mut light = DeTable::new();
+            light.insert(key("sun", &span), sun);
             lights.push(Spanned::new(span, DeValue::Table(light)));
         }
         [sun] => {

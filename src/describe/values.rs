@@ -22,7 +22,7 @@ use crate::{
         camera_path::{ValueRow, ValueTable},
         motion::EditedParts,
     },
-    math::track::Track,
+    math::{sorting, track::Track},
     value::{OVERRIDES, Problem, Span},
 };
 
@@ -263,7 +263,7 @@ impl Values {
             .columns
             .iter()
             .filter(|column| column.path.first().is_some_and(|step| step == "transform"));
-        moved.filter_map(|column| column.entity.object()).collect()
+        sorting::ordered(moved.filter_map(|column| column.entity.object()))
     }
 
     /// The nodes and materials of models that have values, by the indices of their objects.

@@ -14,7 +14,7 @@ use super::{
 use crate::{
     assets::Files,
     camera::{FilmSize, Pose, path::CameraPath},
-    math::DVec3,
+    math::{DVec3, sorting},
 };
 
 /// The most frames that are written.
@@ -110,7 +110,7 @@ fn frames(path: &CameraPath) -> Result<Vec<i64>, String> {
 
 /// Takes the names away unless each picture has one of its own: those of shots are no names of pictures.
 fn name_all_or_none(cameras: &mut [Still]) {
-    let names: BTreeSet<&str> = cameras.iter().filter_map(|camera| camera.name.as_deref()).collect();
+    let names: BTreeSet<&str> = sorting::ordered(cameras.iter().filter_map(|camera| camera.name.as_deref()));
     if names.len() < cameras.len() {
         cameras.iter_mut().for_each(|camera| camera.name = None);
     }

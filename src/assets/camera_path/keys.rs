@@ -192,7 +192,7 @@ pub fn path(cameras: impl IntoIterator<Item = (f64, Posed)>, frames: Frames) -> 
 pub fn picture_frames<'a>(names: impl ExactSizeIterator<Item = Option<&'a str>> + Clone) -> Vec<i64> {
     let count = names.len() as i64;
     let numbers: Option<Vec<i64>> = names.map(|name| name.and_then(last_number)).collect();
-    let is_distinct = |numbers: &Vec<i64>| numbers.iter().collect::<BTreeSet<_>>().len() == numbers.len();
+    let is_distinct = |numbers: &Vec<i64>| sorting::ordered::<_, BTreeSet<&i64>>(numbers).len() == numbers.len();
     numbers.filter(is_distinct).unwrap_or_else(|| (1..=count).collect())
 }
 

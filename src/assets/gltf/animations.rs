@@ -19,7 +19,10 @@ use crate::{
         model::{AnimationChoice, Model, Treatment},
         motion::{CameraProperty, Channel, Clip, LightProperty, MaterialProperty, ModelClip, Target, texture_property},
     },
-    math::keys::{KeyInterp, Keys},
+    math::{
+        keys::{KeyInterp, Keys},
+        sorting,
+    },
     value::{UnknownName, one_line, unique_names},
 };
 
@@ -98,9 +101,10 @@ pub(super) fn read(
     }
     let chosen: BTreeSet<usize> = match choice {
         None => return Ok(Vec::new()),
-        Some(AnimationChoice::All) => (0..animations.len()).collect(),
+        Some(AnimationChoice::All) => sorting::ordered(0..animations.len()),
         Some(AnimationChoice::Named(chosen)) => {
-            chosen.iter().map(|name| find(name, &names)).collect::<Result<_, _>>()?
+            let chosen: Result<Vec<usize>, _> = chosen.iter().map(|name| find(name, &names)).collect();
+            sorting::ordered(chosen?)
         }
     };
     let mut owners: HashMap<String, usize> = HashMap::new();
@@ -264,7 +268,7 @@ fn summary(document: &Document<'_>, animation: &Value, name: String, ends: &mut 
         };
         moved.insert(thing);
     }
-    let sorts: BTreeSet<&'static str> = moved.iter().map(|(sort, _)| *sort).collect();
+    let sorts: BTreeSet<&'static str> = sorting::ordered(moved.iter().map(|(sort, _)| *sort));
     let count = |sort: &'static str| (sort, moved.iter().filter(|(other, _)| *other == sort).count());
     ModelClip {
         name,
@@ -280,7 +284,7 @@ pub(super) fn materials(played: &[Played]) -> BTreeSet<usize> {
         Target::Material(material, _) => Some(material),
         _ => None,
     };
-    channels.filter_map(material).collect()
+    sorting::ordered(channels.filter_map(material))
 }
 
 /// The textures whose transforms the played animations change, by the material of the document and the key of its reference.

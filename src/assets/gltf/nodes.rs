@@ -16,7 +16,7 @@ use crate::{
         model::{ModelNode, SceneChoice},
         motion::Trs,
     },
-    math::keys,
+    math::{keys, sorting},
     value::one_line,
 };
 
@@ -59,7 +59,7 @@ impl<'a> Hierarchy<'a> {
             let path = format!("/nodes/{node}/extensions/KHR_node_visibility/visible");
             document.raw.pointer(&path).and_then(Value::as_bool) == Some(false)
         };
-        (0..self.nodes.len()).filter(is_hidden).collect()
+        sorting::ordered((0..self.nodes.len()).filter(is_hidden))
     }
 
     /// Whether a node and all nodes above it are visible, where these are `hidden`, or may become so.

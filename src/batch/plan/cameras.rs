@@ -18,7 +18,7 @@ use crate::{
     compile::{self, default_scene::ModelRun},
     describe::{FrameTime, MovingDesc, SceneDesc, Values},
     error::Error,
-    math::{DAabb, DVec3},
+    math::{DAabb, DVec3, sorting},
     warnings::{WarningKind, Warnings},
 };
 
@@ -389,8 +389,7 @@ fn beside(request: &Request, frames: &FrameRange, all: &RangeInclusive<i64>) -> 
         _ => 0,
     };
     let near = frames.iter().flat_map(|frame| frame - reach..=frame + reach);
-    near.filter(|frame| all.contains(frame) && !frames.contains(*frame))
-        .collect()
+    sorting::ordered(near.filter(|frame| all.contains(frame) && !frames.contains(*frame)))
 }
 
 /// The frames that were asked for, all of them `there`; `all` of them if none were asked for.

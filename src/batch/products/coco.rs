@@ -31,6 +31,7 @@ use super::transforms::picture_name;
 use crate::{
     batch::{FrameFailure, Plan, plan::metering::OBJECTS},
     film::Film,
+    math::sorting,
     scene::{ObjectRole, Part, Scene},
     warnings::WarningKind,
 };
@@ -310,7 +311,7 @@ impl Coco {
         if !are_files.contains(&self.info.categories) {
             return;
         }
-        self.categories.sort_by(Category::compare);
+        sorting::sort_by(&mut self.categories, Category::compare);
         let pair = |category: &Category| [category.name.clone(), category.supercategory.clone()];
         let known: Vec<[String; 2]> = self.categories.iter().map(pair).collect();
         for category in &mut self.categories {
@@ -328,7 +329,7 @@ impl Coco {
     /// Sorts all by their numbers, and categories by their names, each of which is there once.
     fn sort(&mut self) {
         self.tell_files_apart();
-        self.categories.sort_by(Category::compare);
+        sorting::sort_by(&mut self.categories, Category::compare);
         let mut numbers = HashMap::new();
         let mut sorted: Vec<Category> = Vec::with_capacity(self.categories.len());
         for category in std::mem::take(&mut self.categories) {
@@ -345,8 +346,8 @@ impl Coco {
         for annotation in &mut self.annotations {
             annotation.category_id = numbers[&annotation.category_id];
         }
-        self.images.sort_by_key(|image| image.id);
-        self.annotations.sort_by_key(|annotation| annotation.id);
+        sorting::sort_by_key(&mut self.images, |image| image.id);
+        sorting::sort_by_key(&mut self.annotations, |annotation| annotation.id);
     }
 }
 

@@ -170,11 +170,11 @@ pub(super) fn fingerprints(request: &DenoiseRequest) -> Result<BTreeMap<i32, Opt
     let sequence = Sequence::find(request)?;
     let (how, mut seals) = (how(&load(&request.options.filter)?), Seals::default());
     let mut of = |frame, around: &[i32]| seals.fingerprint(request, &how, &sequence.inputs(frame, around)).ok();
-    Ok(sequence
+    let of_wanted = sequence
         .wanted
         .iter()
-        .map(|(frame, around)| (*frame, of(*frame, around)))
-        .collect())
+        .map(|(frame, around)| (*frame, of(*frame, around)));
+    Ok(sorting::ordered(of_wanted))
 }
 
 /// The frames to denoise, each with those that it needs, itself among them, in rising order.

@@ -151,7 +151,7 @@ pub(in crate::batch) fn stale(
     }
     let own = plan.frames.iter().map(|frame| frame.number);
     // The frames of other parts help each other.
-    let all: BTreeSet<i32> = own.chain(helpers(plan, inputs)).chain(fit.iter().copied()).collect();
+    let all: BTreeSet<i32> = sorting::ordered(own.chain(helpers(plan, inputs)).chain(fit.iter().copied()));
     let fingerprints = denoise::fingerprints(&request(plan, denoise, &fit, all.into_iter().collect()))?;
     for (frame, stale) in frames.iter().zip(&mut noisy).filter(|(_, stale)| stale.is_none()) {
         let fingerprint = fingerprints.get(&frame.number).cloned().flatten();

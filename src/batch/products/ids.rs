@@ -9,6 +9,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::{
     batch::FrameFailure,
+    math::sorting,
     scene::{MatteKind, NodeId, Part, Scene},
 };
 
@@ -137,7 +138,7 @@ impl IdsOfFrames {
             table.frames.sort_unstable();
         }
         self.tables.retain(|table| !table.frames.is_empty());
-        self.tables.sort_by_key(|table| table.frames[0]);
+        sorting::sort_by_key(&mut self.tables, |table| table.frames[0]);
     }
 }
 

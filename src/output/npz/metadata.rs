@@ -5,6 +5,7 @@ use serde_json::{Map, Number, Value as Json};
 use super::array::{Array, Element};
 use crate::{
     film::Window,
+    math::sorting,
     output::{
         Attribute, FileFacts, FrameImage, Value,
         frame_attributes::{Conventions, attributes},
@@ -31,19 +32,19 @@ const OF_ARRAYS: Conventions = Conventions {
 
 /// The metadata of a frame.
 pub(super) fn text(frame: &FrameImage) -> String {
-    let mut map: Map<String, Json> = attributes(frame)
+    let known = attributes(frame)
         .into_iter()
         .filter(|attribute| attribute.name != seal::NAME)
-        .map(|attribute| (attribute.name, json(attribute.value)))
-        .collect();
+        .map(|attribute| (attribute.name, json(attribute.value)));
+    let mut map: Map<String, Json> = sorting::ordered(known);
     map.insert(CONVENTIONS.to_owned(), OF_ARRAYS.text().into());
     map.insert(RESOLUTION.to_owned(), frame.film.resolution.to_vec().into());
     let mattes = frame.planes().iter().filter_map(|plane| {
         let names = plane.spec.mattes.as_ref()?.mattes.iter();
-        let names: Map<String, Json> = names.map(|matte| (matte.name.clone(), matte.id.into())).collect();
+        let names: Map<String, Json> = sorting::ordered(names.map(|matte| (matte.name.clone(), matte.id.into())));
         Some((plane.spec.name.clone(), names.into()))
     });
-    let mattes: Map<String, Json> = mattes.collect();
+    let mattes: Map<String, Json> = sorting::ordered(mattes);
     if !mattes.is_empty() {
         map.insert("mattes".to_owned(), mattes.into());
     }
