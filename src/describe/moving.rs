@@ -8,7 +8,8 @@ use std::{
 use toml::de::{DeTable, DeValue};
 
 use super::{
-    BackgroundDesc, Diagnostics, Entity, FrameTime, LightEntry, MaterialEntry, ObjectDesc, SceneDesc, TextureEntry,
+    BackgroundDesc, Diagnostics, Entity, FrameTime, LightEntry, MaterialEntry, ObjectDesc, SceneDesc, Source,
+    TextureEntry,
     names::unset,
     overrides::put,
     placed::placed,
@@ -81,7 +82,6 @@ impl<'d> MovingDesc<'d> {
     pub fn put(&self, desc: &mut SceneDesc, word: &Word) -> bool {
         let mut own = self.values.at(word.time);
         own[word.column].clone_from(&word.text);
-        desc.source.overrides = self.values.overrides_of_words(self.desc, word.time);
         let read = self.entity(word.entity, &own);
         read.map(|read| read.put(word.entity, desc)).is_ok()
     }
@@ -134,12 +134,16 @@ impl<'d> MovingDesc<'d> {
         Diagnostics::new(&source, problems).expect("what cannot be read has a problem")
     }
 
+    /// The text of the scene file with the places of the values of a word's time, to which the spans of values lead.
+    pub fn source_of(&self, word: &Word) -> Source {
+        let overrides = self.values.overrides_of_words(self.desc, word.time);
+        self.desc.source.clone().with(overrides)
+    }
+
     /// The problem of a word.
     pub fn word_problem(&self, word: &Word, message: String) -> Diagnostics {
         let problem = vec![Problem::at(self.values.span(word.column), message)];
-        let source = self.desc.source.clone();
-        let source = source.with(self.values.overrides_of_words(self.desc, word.time));
-        Diagnostics::new(&source, problem).expect("there is a problem")
+        Diagnostics::new(&self.source_of(word), problem).expect("there is a problem")
     }
 
     /// An object at a time, if it has values and they fit together.

@@ -37,8 +37,10 @@ struct Override {
 enum Place {
     /// A flag, or a caller of the library.
     Request,
-    /// A cell of a file.
+    /// A cell, or a draw, of a file.
     Cell,
+    /// A draw of a flag.
+    Draw,
     /// A flag that sets more than one key.
     Stage(Stage),
 }
@@ -76,7 +78,7 @@ impl Overrides {
     pub fn stage(&self) -> impl Iterator<Item = (Stage, &str)> {
         self.0.iter().filter_map(|one| match one.place {
             Place::Stage(stage) => Some((stage, one.value.as_str())),
-            Place::Request | Place::Cell => None,
+            Place::Request | Place::Cell | Place::Draw => None,
         })
     }
 
@@ -87,14 +89,19 @@ impl Overrides {
 
     /// Adds the origin of the value `name`, whose cell or distribution has it: a place in a file, or after a flag that is among these.
     pub(super) fn set_cell(&mut self, origin: &str, name: &str) {
+        // Those of files come after all flags.
+        let mut flags = (self.0.iter()).take_while(|one| !matches!(one.place, Place::Cell | Place::Draw));
         let follows = |one: &Override| {
             let rest = origin.strip_prefix(&one.origin);
-            one.place == Place::Request && rest.is_some_and(|rest| rest.starts_with(": "))
+            rest.is_some_and(|rest| rest.starts_with(": "))
         };
-        let is_of_flag = self.0.iter().any(follows);
+        let place = match flags.any(follows) {
+            true => Place::Draw,
+            false => Place::Cell,
+        };
         self.set(origin, name, true);
-        if let Some(last) = self.0.last_mut().filter(|_| !is_of_flag) {
-            last.place = Place::Cell;
+        if let Some(last) = self.0.last_mut() {
+            last.place = place;
         }
     }
 

@@ -77,7 +77,7 @@ pub(super) use wildcards::is_wildcard;
 /// - `--random FILE` reads the same keys from a TOML file, in place of this table: for models without a scene file, and for many scenes in one command.
 ///   `--random 'draws/{scene}.toml'` is a file for each scene. Scenes whose files have the same name draw the same values: `--set 'random.scene="{scene}"'` tells them apart.
 /// - `*` in place of a name stands for all objects, lights, materials or textures of the scene that have the value, and each draws by itself: `"object.*.material"`,
-///   `"light.*.point.intensity"`. Of a model by itself it stands for all nodes and materials as well: `"material.*.base_color"`. A value that has its whole name
+///   `"light.*.point.intensity"`. Of a model by itself it stands for all nodes and materials as well: `"material.*.base_color"`; `"object.*"` is the model without the ground of `--ground`. A value that has its whole name
 ///   in a table or here is not among them.
 /// - `--set random.seed=8` draws others, `--set random.light.key.point.intensity=[1,2]` replaces a distribution, and `--set random.light.key.point.intensity=none` takes it out.
 /// - A rotation that is uniform has the components of a quaternion that are normal: `rotate.qx`, `.qy`, `.qz` and `.qw`, each `{ normal = [0, 1] }`.

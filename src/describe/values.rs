@@ -226,7 +226,7 @@ impl Values {
             let is_drawn = |column: &Column| matches!(column.curve, Curve::Random(_));
             let is_other =
                 |other: &Column| other.entity == column.entity && other.path != column.path && is_drawn(other);
-            let is_drawn_beside_others = is_drawn(column) && self.columns.iter().any(is_other);
+            let is_drawn_beside_others = names_files && is_drawn(column) && self.columns.iter().any(is_other);
             let mut known = BTreeSet::new();
             let new = column.curve.words().filter(|(text, _)| known.insert(*text));
             words.extend(new.map(|(text, time)| Word {

@@ -76,6 +76,7 @@ impl Job {
         let Some(path) = word.file.as_ref().filter(|_| reader.put(&mut desc, word)) else {
             return Ok(());
         };
+        desc.source = reader.source_of(word);
         self.store.forget_models();
         for kind in [MemoryKind::Images, MemoryKind::Shapes] {
             self.store.files().memory().release(kind);
