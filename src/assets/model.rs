@@ -41,6 +41,8 @@ pub struct ModelChoice {
     pub scene: Option<SceneChoice>,
     /// The name of a material variant; `None` for the default materials.
     pub variant: Option<String>,
+    /// Whether values choose variants at other times.
+    pub is_varied: bool,
     /// Whether its lights shine; `None` where nobody decided.
     pub lights: Option<bool>,
     pub light_units: LightUnits,

@@ -230,7 +230,7 @@ impl Store {
             self.warnings()
                 .add_topic(kind, topic, &shown, format!("{shown}: {loss}"));
         }
-        if request.choice.variant.is_none() && !model.variants.is_empty() {
+        if request.choice.variant.is_none() && !request.choice.is_varied && !model.variants.is_empty() {
             let names: Vec<String> = model
                 .variants
                 .iter()

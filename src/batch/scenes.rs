@@ -61,7 +61,8 @@ pub(super) fn load_options(values: Option<&Values>, eye: Option<DVec3>, time: f6
         time,
         moved: values.map(Values::moved_objects).unwrap_or_default(),
         edited: values.map(Values::edited_parts).unwrap_or_default(),
-        animated: values.map(Values::animated_objects).unwrap_or_default(),
+        animated: values.map(|own| own.objects_with("animation")).unwrap_or_default(),
+        varied: values.map(|own| own.objects_with("variant")).unwrap_or_default(),
         changes_materials: values.is_some_and(|values| {
             let is_of_material = |entity: Entity| matches!(entity, Entity::Material(_));
             values.keys().any(|(entity, _)| is_of_material(entity))

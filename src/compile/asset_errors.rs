@@ -36,11 +36,12 @@ pub struct AssetErrors {
 }
 
 impl AssetErrors {
-    /// The errors of the files of this scene. Those of files that only models name are without a line.
-    pub(super) fn of_scene(errors: Vec<FileError>, desc: &SceneDesc) -> Self {
+    /// The errors of the files of this scene, which are at `span` or where the scene names them. Those of files that only models name
+    /// are without a line.
+    pub(super) fn of_scene(errors: Vec<FileError>, desc: &SceneDesc, span: Option<&Span>) -> Self {
         // A model by itself stands for a text that is in no file, but for what flags set.
         let is_shown = |span: &Span| desc.source.kind == FileKind::Scene || is_override(span);
-        let place = |error: &FileError| place(error, desc).filter(is_shown);
+        let place = |error: &FileError| span.cloned().or_else(|| place(error, desc)).filter(is_shown);
         let mut placed: Vec<_> = errors.into_iter().map(|error| (place(&error), error.error)).collect();
         sorting::sort_by_key(&mut placed, |(span, _)| {
             span.as_ref().map_or(usize::MAX, |span| span.start)
@@ -131,8 +132,7 @@ fn place(FileError { error, object }: &FileError, desc: &SceneDesc) -> Option<Sp
             first.or(second)
         }
         // The image of a displacement is not named by the mesh.
-        (AssetError::Image(_), Some(mesh)) => named(error.path(), desc).or_else(|| Some(mesh.file.span())),
-        (_, None) => named(error.path(), desc),
+        (AssetError::Image(_), _) | (_, None) => named(error.path(), desc),
         (_, Some(mesh)) => Some(mesh.file.span()),
     }
 }

@@ -316,13 +316,14 @@ pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result
         .unwrap_or_default();
     let names = || options.tables.iter().flat_map(ValueSource::names);
     edited.extend(&describe::edited_parts(&first, names()));
-    let is_animated = names().any(|name| name.ends_with(".shape.mesh.animation"));
-    let undecided = || is_animated.then(|| AnimationChoice::Named(Vec::new()));
+    let changes = |key: &str| names().any(|name| name.ends_with(&format!(".shape.mesh.{key}")));
+    let undecided = || changes("animation").then(|| AnimationChoice::Named(Vec::new()));
     let model = store.model(&ModelRequest {
         path: path.to_owned(),
         choice: ModelChoice {
             scene: None,
             variant: options.variant.map(str::to_owned),
+            is_varied: changes("variant"),
             lights: Some(true),
             light_units: options.light_units,
             animation: options.animation.cloned().or_else(undecided),

@@ -35,7 +35,7 @@ pub enum Error {
 impl Error {
     /// The files of this scene that were not loaded.
     pub(super) fn assets(errors: Vec<FileError>, desc: &SceneDesc) -> Self {
-        Self::Assets(AssetErrors::of_scene(errors, desc))
+        Self::Assets(AssetErrors::of_scene(errors, desc, None))
     }
 }
 

@@ -4,7 +4,7 @@ use std::path::Path;
 
 use super::{
     Error,
-    asset_errors::{FileError, file_errors},
+    asset_errors::{AssetErrors, FileError, file_errors},
     background::{self, BackgroundLight},
     compiler::Compiler,
     light_names::LightNames,
@@ -28,7 +28,7 @@ use crate::{
     math::DVec3,
     scene::SceneBuilder,
     texture::bitmap::ColorSpace,
-    value::one_line,
+    value::{Span, one_line},
     warnings::{WarningKind, Warnings},
 };
 
@@ -120,13 +120,13 @@ fn load_models(
     Ok(Ok(LoadedModels::new(placed, models, time)))
 }
 
-/// Loads a file that `desc` names, a model, an image or a profile, with the files that it names itself, and drops it. Models that
-/// `known` has were loaded before.
+/// Loads a file that the value at `span` of `desc` names, a model, an image or a profile, with the files that it names itself, and drops
+/// it. Models that `known` has were loaded before.
 ///
 /// # Errors
 /// Those that [`load`] has, as far as they are of this file.
 pub fn check_file(
-    desc: &SceneDesc,
+    (desc, span): (&SceneDesc, &Span),
     path: &Path,
     store: &Store,
     options: &LoadOptions,
@@ -148,15 +148,12 @@ pub fn check_file(
     let mut models = placer(&mut scene, &mut images, store, options);
     let placing = load_models(desc, store, &mut placed, options.time)?
         .and_then(|loaded| models.place(&placed, &loaded).map_err(file_errors));
-    let of_images = store.images(&images).err();
-    let of_profiles = LightNames::new(desc).load(desc.folder(), store.files()).err();
-    let others = [of_images, of_profiles].into_iter().flatten().flatten();
-    let object = placed.first().map(|own| own.described);
-    let others = others.map(|error| FileError { error, object });
-    let errors: Vec<_> = placing.err().into_iter().flatten().chain(others).collect();
+    let profiles = LightNames::new(desc).load(desc.folder(), store.files());
+    let others = [store.images(&images).err(), profiles.err()].map(|errors| file_errors(errors.unwrap_or_default()));
+    let errors: Vec<_> = placing.err().into_iter().chain(others).flatten().collect();
     match errors.is_empty() {
         true => Ok(()),
-        false => Err(Error::assets(errors, desc)),
+        false => Err(Error::Assets(AssetErrors::of_scene(errors, desc, Some(span)))),
     }
 }
 

@@ -62,6 +62,7 @@ impl Compiler<'_> {
                     choice: ModelChoice {
                         scene: mesh.scene.clone(),
                         variant: mesh.variant.clone(),
+                        is_varied: self.options.varied.contains(&i),
                         lights: mesh.lights,
                         light_units: mesh.light_units,
                         animation: mesh.animation.clone().or_else(undecided),

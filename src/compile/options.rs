@@ -20,6 +20,8 @@ pub struct LoadOptions {
     pub edited: BTreeMap<usize, EditedParts>,
     /// The objects that play other animations over time, by their indices.
     pub animated: BTreeSet<usize>,
+    /// The objects that show other variants of their models over time, by their indices.
+    pub varied: BTreeSet<usize>,
     /// Whether values of materials change over time.
     pub changes_materials: bool,
     /// The time of the animations of models, in s.

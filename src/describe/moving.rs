@@ -18,7 +18,7 @@ use super::{
 };
 use crate::{
     camera::{CameraDesc, SceneCamera},
-    value::{Problem, Spanned, is_override},
+    value::{Problem, Span, Spanned, is_override},
 };
 
 /// A table that has values.
@@ -140,9 +140,14 @@ impl<'d> MovingDesc<'d> {
         self.desc.source.clone().with(overrides)
     }
 
+    /// The span of a word.
+    pub fn span_of(&self, word: &Word) -> Span {
+        self.values.span(word.column)
+    }
+
     /// The problem of a word.
     pub fn word_problem(&self, word: &Word, message: String) -> Diagnostics {
-        let problem = vec![Problem::at(self.values.span(word.column), message)];
+        let problem = vec![Problem::at(self.span_of(word), message)];
         Diagnostics::new(&self.source_of(word), problem).expect("there is a problem")
     }
 

@@ -89,7 +89,7 @@ pub(super) use wildcards::is_wildcard;
 ///   NPZ and PNG files, as JSON. `--dry-run` lists it before anything is rendered.
 /// - Views place the camera: with `--views` its lens can be drawn, such as `"camera.perspective.fov" = [30, 60]`, and not `eye`, `target` and `up`.
 /// - The ends of each range and all names are checked before the first frame, whichever frames there are. A normal distribution that lacks an end reaches 8.6 deviations. Values that do not fit together fail at their frame.
-/// - A job looks whether all files are there that may be drawn; `--check` and `--dry-run` load each of them.
+/// - A job looks whether all files are there that may be drawn; `--check` and `--dry-run` load each of them, and each variant of a model that may be.
 ///
 /// The file is whole without this table, as it is without a table of values. An example is `scenes/random/scene.toml`.
 #[derive(Clone, Debug)]

@@ -73,6 +73,8 @@ pub struct Word {
     pub origin: String,
     /// The file that it names, if its column is one of files.
     pub file: Option<PathBuf>,
+    /// Whether it is about the shape of an object: then other files may belong to its model.
+    pub is_of_shape: bool,
     /// Whether it is drawn, and other values of the same entity are drawn as well.
     pub is_drawn_beside_others: bool,
 }
@@ -226,7 +228,9 @@ impl Values {
             let is_drawn = |column: &Column| matches!(column.curve, Curve::Random(_));
             let is_other =
                 |other: &Column| other.entity == column.entity && other.path != column.path && is_drawn(other);
-            let is_drawn_beside_others = names_files && is_drawn(column) && self.columns.iter().any(is_other);
+            let is_of_shape = column.path.first().is_some_and(|step| step == "shape");
+            let is_drawn_beside_others =
+                (names_files || is_of_shape) && is_drawn(column) && self.columns.iter().any(is_other);
             let mut known = BTreeSet::new();
             let new = column.curve.words().filter(|(text, _)| known.insert(*text));
             words.extend(new.map(|(text, time)| Word {
@@ -236,6 +240,7 @@ impl Values {
                 text: text.to_owned(),
                 origin: self.origin_of_word(column, time),
                 file: file(text),
+                is_of_shape,
                 is_drawn_beside_others,
             }));
         }
@@ -251,10 +256,10 @@ impl Values {
         files.flat_map(|column| column.curve.words().filter_map(|(text, _)| plain(text)))
     }
 
-    /// The objects whose animations have values.
-    pub fn animated_objects(&self) -> BTreeSet<usize> {
-        let of_animation = self.keys().filter(|(_, path)| *path == ["shape", "mesh", "animation"]);
-        of_animation.filter_map(|(entity, _)| entity.object()).collect()
+    /// The objects whose meshes have values of this key.
+    pub fn objects_with(&self, key: &str) -> BTreeSet<usize> {
+        let of_key = self.keys().filter(|(_, path)| *path == ["shape", "mesh", key]);
+        of_key.filter_map(|(entity, _)| entity.object()).collect()
     }
 
     /// The objects whose transforms have values.

@@ -109,6 +109,35 @@ fn images_of_models_that_may_be_drawn_are_checked_as_those_of_the_scene() {
 }
 
 #[test]
+fn images_of_variants_that_may_be_drawn_are_checked_as_well() {
+    let folder = folder();
+    let variants = r#""extensionsUsed": ["KHR_materials_variants"],
+        "extensions": {"KHR_materials_variants": {"variants": [{"name": "Plain"}, {"name": "Wood"}]}},
+        "images": [{"uri": "wood.png"}], "textures": [{"source": 0}],
+        "materials": [{"name": "plain"}, {"name": "wood", "pbrMetallicRoughness": {"baseColorTexture": {"index": 0}}}], "meshes""#;
+    let mappings = r#""POSITION": 0}, "extensions": {"KHR_materials_variants": {"mappings": [
+        {"material": 0, "variants": [0]}, {"material": 1, "variants": [1]}]}}"#;
+    let model = MOVING_MODEL
+        .replace(r#""POSITION": 0}"#, mappings)
+        .replace(r#""meshes""#, variants);
+    folder.write("a.gltf", &model);
+    folder.write("v.csv", "frame,object.walker.shape.mesh.variant\n1,Plain\n2,Wood\n");
+    for message in refused(&folder, 66, &OF_CELLS) {
+        assert!(
+            message.contains("v.csv:3: object.walker.shape.mesh.variant: cannot read image")
+                && message.contains("wood.png"),
+            "{message}"
+        );
+    }
+    let output = folder.run(&[&OF_CELLS[..], &["--range", "1", "-o", "f.####.png"]].concat());
+    let said = stderr(&output);
+    assert!(
+        output.status.success() && !said.contains("there are material variants"),
+        "{said}"
+    );
+}
+
+#[test]
 fn pictures_and_profiles_that_cells_name_are_loaded_as_well() {
     let folder = folder();
     folder.write("wood.png", "no picture");

@@ -42,7 +42,8 @@ impl Job {
         }
     }
 
-    /// Loads each file that values may name at any frame, with the files that it names itself, one after the other, and drops it.
+    /// Loads each file that values may name at any frame, and each variant of a model that they may choose, with the files that these
+    /// name themselves, one after the other, and drops it.
     /// Call it after [`Job::load`], once the scene is dropped: the memory of the scene is counted as free.
     ///
     /// # Errors
@@ -72,8 +73,16 @@ impl Job {
         options: &LoadOptions,
         known: &mut Vec<ModelRequest>,
     ) -> Result<(), compile::Error> {
+        if word.file.is_none() && !word.is_of_shape {
+            return Ok(());
+        }
         let mut desc = self.desc.clone();
-        let Some(path) = word.file.as_ref().filter(|_| reader.put(&mut desc, word)) else {
+        let is_put = reader.put(&mut desc, word);
+        let of_shape = || {
+            let mesh = desc.objects[word.entity.object()?].shape.get_ref().mesh()?;
+            Some(desc.folder().join(mesh.file.get_ref()))
+        };
+        let Some(path) = word.file.clone().or_else(of_shape).filter(|_| is_put) else {
             return Ok(());
         };
         desc.source = reader.source_of(word);
@@ -81,7 +90,7 @@ impl Job {
         for kind in [MemoryKind::Images, MemoryKind::Shapes] {
             self.store.files().memory().release(kind);
         }
-        match compile::check_file(&desc, path, &self.store, options, known) {
+        match compile::check_file((&desc, &reader.span_of(word)), &path, &self.store, options, known) {
             // Another draw may choose among the alternatives in the file.
             Err(compile::Error::Assets(errors))
                 if word.is_drawn_beside_others && errors.iter().all(|error| error.is_choice()) =>
