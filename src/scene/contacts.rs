@@ -33,6 +33,10 @@ pub struct Contacts {
     /// The start of each shape's zones, and the end of the last one's; empty without contacts.
     starts: Vec<u32>,
     zones: Vec<Zone>,
+    /// The number of triangles, which come before the shapes.
+    triangles: u32,
+    /// A box for each shape with nearly all its points, strictly within which are no zones; empty without contacts.
+    clear: Vec<Aabb>,
     /// Whether there were too many pairs of shapes to compare.
     is_unknown: bool,
 }
@@ -65,6 +69,24 @@ impl Zone {
             side: f32::from(is_above) - f32::from(is_below),
         }
     }
+
+    /// The larger part of the box `clear` beside the zone, by its part of `size`; empty where none is left.
+    fn cut(&self, clear: Aabb, size: Vec3) -> Aabb {
+        let Aabb { min, max } = self.bounds;
+        let mut largest = (0.0, Aabb::EMPTY);
+        for axis in 0..3 {
+            let (mut below, mut above) = (clear, clear);
+            below.max[axis] = below.max[axis].min(min[axis]);
+            above.min[axis] = above.min[axis].max(max[axis]);
+            for part in [below, above] {
+                let share = part.extent()[axis] / size[axis];
+                if share > largest.0 {
+                    largest = (share, part);
+                }
+            }
+        }
+        largest.1
+    }
 }
 
 impl Contacts {
@@ -87,7 +109,10 @@ impl Contacts {
         let flats: Vec<Flat> = (bounds.iter().enumerate())
             .filter_map(|(i, b)| Some((i, with_margin(b), is_flat(b).iter().position(|flat| *flat)?)))
             .collect();
-        let mut contacts = Self::default();
+        let mut contacts = Self {
+            triangles: geometry.triangles.len() as u32,
+            ..Self::default()
+        };
         if flats.is_empty() || flats.len().saturating_mul(bounds.len()) > MOST_PAIRS {
             contacts.is_unknown = !flats.is_empty();
             return contacts;
@@ -112,12 +137,24 @@ impl Contacts {
                 }
             }
             contacts.zones[first..].sort_unstable_by_key(|zone| zone.flat);
+            let all = with_margin(own);
+            let cut = |clear, zone: &Zone| zone.cut(clear, all.extent());
+            contacts.clear.push(contacts.zones[first..].iter().fold(all, cut));
         }
         contacts.starts.push(contacts.zones.len() as u32);
         if contacts.zones.is_empty() {
             return Self::default();
         }
         contacts
+    }
+
+    /// The shape that may have a contact at a hit with the point `p`. Few have.
+    #[inline(always)]
+    fn near(&self, hit: &Hit, p: Vec3) -> Option<usize> {
+        let shape = hit.prim.index().checked_sub(self.triangles)? as usize;
+        let clear = self.clear.get(shape).filter(|_| hit.instance == InstanceId::NONE)?;
+        let is_clear = p.cmpgt(clear.min).all() && p.cmplt(clear.max).all();
+        (!is_clear).then_some(shape)
     }
 
     fn zones_of(&self, shape: usize) -> &[Zone] {
@@ -131,12 +168,7 @@ impl Contacts {
     /// a contact.
     #[inline]
     fn towards(&self, shape: usize, p: Vec3, wo: Vec3) -> Option<Vec3> {
-        let is_in = |zone: &&Zone| {
-            let Zone { bounds, axis, .. } = zone;
-            // This alone excludes nearly all points.
-            let is_near = p[*axis] >= bounds.min[*axis] && p[*axis] <= bounds.max[*axis];
-            is_near && p.cmpge(bounds.min).all() && p.cmple(bounds.max).all()
-        };
+        let is_in = |zone: &&Zone| p.cmpge(zone.bounds.min).all() && p.cmple(zone.bounds.max).all();
         let mut towards = None;
         for zone in self.zones_of(shape).iter().filter(is_in) {
             let side = if zone.side == 0.0 {
@@ -215,17 +247,15 @@ impl Scene {
     /// The contact at a hit, if there is one. Few hits have one.
     #[inline(always)]
     pub(crate) fn contact(&self, surface: &SurfaceInteraction, hit: &Hit) -> Option<Contact> {
-        if self.geometry.contacts.starts.is_empty() || hit.instance != InstanceId::NONE {
-            return None;
-        }
-        self.contact_of_shape(surface, hit)
+        let shape = self.geometry.contacts.near(hit, surface.p)?;
+        self.contact_of_shape(surface, shape)
     }
 
+    #[cold]
     #[inline(never)]
-    fn contact_of_shape(&self, surface: &SurfaceInteraction, hit: &Hit) -> Option<Contact> {
+    fn contact_of_shape(&self, surface: &SurfaceInteraction, shape: usize) -> Option<Contact> {
         let contacts = &self.geometry.contacts;
         let geometry = self.geometry.accel.geometry();
-        let shape = (hit.prim.index() as usize).checked_sub(geometry.triangles.len())?;
         let towards = contacts.towards(shape, surface.p, surface.wo)?;
         let placed = &geometry.shapes[shape];
         Some(Contact {
