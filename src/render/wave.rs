@@ -209,6 +209,7 @@ impl Wave {
             self.camera_paths.extend(more.map(|sample| context.path(sample)));
         }
         self.start_passes(context);
+        self.inputs.lights.start();
         self.is_caught.clear();
         let mut samples = self.weights.len();
         if context.has_catchers {

@@ -100,6 +100,11 @@ impl FamilyBlocks {
 }
 
 impl LightSamples {
+    /// Starts with a scene: forgets the lights of another one.
+    pub fn start(&mut self) {
+        self.finite.lights = [None; LightBlock::LEN];
+    }
+
     /// Clears the samples of all families.
     pub fn clear(&mut self) {
         for blocks in &mut self.families {
@@ -139,6 +144,7 @@ impl Scene {
 
     /// Samples the finite lights and the suns for each of these surfaces, with the results of
     /// [`Lights::choose`](super::Lights::choose) and [`Scene::sample_light`] on the viewer's side. Transmitting surfaces are left out.
+    /// `to` has started with this scene, see [`LightSamples::start`].
     pub fn sample_lights(
         &self,
         on: impl Dispatch,
@@ -146,7 +152,6 @@ impl Scene {
         numbers: LightNumbers<'_>,
         to: &mut LightSamples,
     ) {
-        to.finite.lights = [None; LightBlock::LEN];
         for family in self.lights.families().filter(|f| *f != LightFamily::Background) {
             let LightSamples { families, finite } = to;
             let blocks = families[family as usize].start(surfaces.len());
