@@ -196,7 +196,7 @@ impl PathTracer {
             return self.reflect(context, surface, (known.lights(surface), known.path(surface)), out);
         }
         if let Some(diffuse) = known.diffuse
-            && let Some(albedo) = material.bsdf(&scene.textures(), &surface.texture).lambert_albedo()
+            && let Some(albedo) = scene.bsdf(surface.material, &surface.texture).lambert_albedo()
         {
             let path = diffuse.path(albedo, surface.viewed_normal());
             return self.reflect(context, surface, (diffuse.lights(albedo), path), out);
