@@ -19,6 +19,10 @@ class RenderError(Exception):
         super().__init__(message)
         self.exit_code = exit_code
 
+    def __reduce__(self) -> tuple[type[RenderError], tuple[str, int]]:
+        # The error of another process comes pickled.
+        return type(self), (str(self), self.exit_code)
+
 
 def program() -> Path:
     """Returns the path of the program: that of the variable BATCH_RENDER, that of the wheel, or that of PATH."""

@@ -4,11 +4,13 @@ from __future__ import annotations
 
 import json
 import logging
+import operator
 import os
 import subprocess
-import tempfile
+import threading
+from collections import deque
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from typing import IO, Any, Dict, List, Optional, Tuple, Union
+from typing import IO, Any, Deque, Dict, List, Optional, Tuple, Union
 
 import numpy as np
 
@@ -39,12 +41,12 @@ def render(
     scene: Union[str, "os.PathLike[str]", Scene, Mapping[str, Any]],
     *,
     views: Union[str, Sequence[str], None] = None,
-    turntable: Optional[int] = None,
+    turntable: Union[int, str, None] = None,
     frames: Union[str, "os.PathLike[str]", None] = None,
     values: Union[str, "os.PathLike[str]", None] = None,
     random: Union[str, "os.PathLike[str]", None] = None,
     aovs: Iterable[str] = (),
-    resolution: Optional[Tuple[int, int]] = None,
+    resolution: Union[Tuple[int, int], str, None] = None,
     samples: Optional[int] = None,
     seed: Optional[int] = None,
     threads: Optional[int] = None,
@@ -55,12 +57,12 @@ def render(
 
     :param scene: a scene file, a model, a :class:`Scene`, or the tables of a scene file as a ``dict``
     :param views: views from all sides, such as ``"orbit:36@20"``, ``"hemisphere:12"`` or ``"cube"``, or several of them
-    :param turntable: the frames of a turn around the scene
+    :param turntable: the frames of a turn around the scene, such as ``24``, or ``"2:90"`` with the angle of all
     :param frames: a camera path, a CSV file
     :param values: values of the scene over frames, a CSV file
     :param random: values that are drawn for each frame, a TOML file; ``metadata["batch-render/values"]`` is what was drawn, as JSON
     :param aovs: passes beside the picture, such as ``["depth", "N", "objectId"]``
-    :param resolution: width and height in pixels
+    :param resolution: width and height in pixels, such as ``(640, 360)``
     :param samples: samples of a pixel
     :param seed: the seed of the random numbers
     :param threads: threads to render on; one for each processor without it
@@ -72,13 +74,18 @@ def render(
     flags: List[str] = []
     for view in [views] if isinstance(views, str) else views or ():
         flags += ["--views", view]
+    if isinstance(turntable, str):
+        flags += ["--turntable", turntable]
+        turntable = None
     for name, value in [("turntable", turntable), ("samples", samples), ("seed", seed), ("threads", threads)]:
         if value is not None:
-            flags += [f"--{name}", str(int(value))]
+            flags += [f"--{name}={operator.index(value)}"]
     for name, path in [("frames", frames), ("values", values), ("random", random)]:
         if path is not None:
             flags += [f"--{name}", os.path.abspath(path)]
-    if resolution is not None:
+    if isinstance(resolution, str):
+        flags += ["--resolution", resolution]
+    elif resolution is not None:
         width, height = resolution
         flags += ["--resolution", f"{width}x{height}"]
     names = [aovs] if isinstance(aovs, str) else list(aovs)
@@ -86,9 +93,13 @@ def render(
         flags += ["--aovs", ",".join(names)]
     for name, value in (settings or {}).items():
         flags += ["--set", f"{name}={_text(value)}"]
+    if isinstance(arguments, str):
+        raise TypeError('arguments: expected a list of texts, such as ["--lens", "85"]')
     if isinstance(scene, Mapping):
         scene = Scene(scene)
-    return _frames(scene, flags + list(arguments))
+    # The first frame may be asked for from another folder.
+    folder = os.path.abspath(scene.folder if isinstance(scene, Scene) else "")
+    return _frames(scene, folder, flags + list(arguments))
 
 
 def _text(value: Any) -> str:
@@ -98,35 +109,63 @@ def _text(value: Any) -> str:
     return _value(_plain(value))
 
 
-def _frames(scene: Union[str, "os.PathLike[str]", Scene], flags: List[str]) -> Iterator[Frame]:
+def _frames(scene: Union[str, "os.PathLike[str]", Scene], folder: str, flags: List[str]) -> Iterator[Frame]:
     command = [str(program())]
-    folder = None
     if isinstance(scene, Scene):
         command += ["-", "--input-format", "toml"]
-        folder = scene.folder
     else:
-        command.append(os.fspath(scene))
+        path = os.fspath(scene)
+        # Not a flag.
+        command.append(os.path.join(".", path) if path.startswith("-") else path)
     command += [*flags, "-o", "-", "--output-format", "npz", "--progress", "none"]
-    # A file takes any number of warnings; a pipe that nobody reads would fill up.
-    with tempfile.TemporaryFile() as errors:
-        with subprocess.Popen(
-            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=errors, cwd=folder
-        ) as process:
-            assert process.stdin is not None and process.stdout is not None
+    pipe = subprocess.PIPE
+    with subprocess.Popen(command, stdin=pipe, stdout=pipe, stderr=pipe, cwd=folder) as process:
+        assert process.stdin is not None and process.stdout is not None and process.stderr is not None
+        # A pipe that nobody reads would fill up.
+        said: Deque[bytes] = deque()
+        reader = threading.Thread(target=said.extend, args=(process.stderr,), daemon=True)
+        reader.start()
+        messages: List[str] = []
+        try:
+            _send(process.stdin, scene.toml() if isinstance(scene, Scene) else "")
             try:
-                _send(process.stdin, scene.toml() if isinstance(scene, Scene) else "")
-                try:
-                    for arrays in archives(process.stdout):
-                        yield Frame(arrays)
-                except EOFError:
-                    # The program says why.
-                    pass
-                code = process.wait()
-            finally:
-                if process.poll() is None:
-                    process.terminate()
-        errors.seek(0)
-        _report(errors.read().decode(errors="replace"), code)
+                for arrays in archives(process.stdout):
+                    _collect(said, messages)
+                    # The rest of the last one may be on its way.
+                    _log_warnings(messages, len(messages) - 1)
+                    yield Frame(arrays)
+            except EOFError:
+                # The program says why.
+                pass
+            code = process.wait()
+        finally:
+            if process.poll() is None:
+                process.terminate()
+            # A program that waits until somebody reads its frames ends.
+            process.stdout.close()
+            reader.join()
+            _collect(said, messages)
+            _log_warnings(messages, len(messages))
+    if code != 0:
+        text = "\n".join(message.removeprefix("error: ") for message in messages)
+        raise RenderError(text or f"the program has ended with {code}", code)
+
+
+def _collect(said: Deque[bytes], messages: List[str]) -> None:
+    """Adds the lines so far to the messages, of which each begins with its level."""
+    while said:
+        line = said.popleft().decode(errors="replace").rstrip()
+        if line.startswith(("warning: ", "error: ")) or not messages:
+            messages.append(line)
+        else:
+            messages[-1] += "\n" + line
+
+
+def _log_warnings(messages: List[str], count: int) -> None:
+    """Logs the warnings among the first messages, and takes them out."""
+    for message in [message for message in messages[: max(count, 0)] if message.startswith("warning: ")]:
+        messages.remove(message)
+        _log.warning("%s", message.removeprefix("warning: "))
 
 
 def _send(pipe: IO[bytes], text: str) -> None:
@@ -136,13 +175,3 @@ def _send(pipe: IO[bytes], text: str) -> None:
     except BrokenPipeError:
         # The program has ended before it read the scene; its exit code says why.
         pass
-
-
-def _report(said: str, code: int) -> None:
-    """Logs warnings and raises errors."""
-    lines = said.strip().splitlines()
-    if code != 0:
-        text = "\n".join(lines).removeprefix("error: ") or f"the program has ended with {code}"
-        raise RenderError(text, code)
-    for line in lines:
-        _log.warning("%s", line.removeprefix("warning: "))

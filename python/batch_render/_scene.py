@@ -56,7 +56,9 @@ class Scene:
         faces = np.asarray(triangles)
         if faces.ndim != 2 or faces.shape[1] != 3 or not np.issubdtype(faces.dtype, np.integer):
             raise ValueError("triangles: expected integers of the shape (m, 3)")
-        if faces.size and (faces.min() < 0 or faces.max() >= count):
+        if not len(faces):
+            raise ValueError("triangles: there are none")
+        if faces.min() < 0 or faces.max() >= count:
             raise ValueError(f"triangles: a number is not one of {count} vertices")
         objects = self.data.setdefault("object", [])
         path = self._folder_of_meshes() / f"{len(objects)}.ply"
@@ -64,7 +66,7 @@ class Scene:
         objects.append({"name": name, "material": material, "shape": {"mesh": {"file": str(path)}}, **_plain(settings)})
 
     def toml(self) -> str:
-        """Returns the scene file as text."""
+        """Returns the scene file as text. It names the files of meshes from arrays, which exist as long as the scene does."""
         return "".join(f"{_key(key)} = {_value(value)}\n" for key, value in self.data.items())
 
     def _folder_of_meshes(self) -> Path:
@@ -75,6 +77,8 @@ class Scene:
 
 
 def _array(values: Any, width: int, what: str) -> np.ndarray:
+    if np.iscomplexobj(values):
+        raise ValueError(f"{what}: expected real numbers")
     array = np.asarray(values, dtype=np.float32)
     if array.ndim != 2 or array.shape[1] != width:
         raise ValueError(f"{what}: expected the shape (n, {width}), found {array.shape}")

@@ -1,6 +1,8 @@
 """Frames that come over a pipe are those of files."""
 
 import logging
+import os
+import pickle
 import subprocess
 from pathlib import Path
 
@@ -105,6 +107,36 @@ def test_warnings_are_logged(caplog: pytest.LogCaptureFixture) -> None:
     assert any("white" in record.getMessage() for record in caplog.records)
 
 
+def test_warnings_are_logged_before_the_last_frame(caplog: pytest.LogCaptureFixture) -> None:
+    scene = square()
+    scene.data["material"]["white"] = {"matte": {"albedo": [1.5, 1, 1]}}
+    with caplog.at_level(logging.WARNING, logger="batch_render"):
+        next(render(scene, turntable=100, samples=1))
+    assert any("white" in record.getMessage() for record in caplog.records)
+
+
+def test_errors_come_back_from_other_processes(tmp_path: Path) -> None:
+    with pytest.raises(RenderError) as missing:
+        list(render(tmp_path / "none.glb"))
+    copy = pickle.loads(pickle.dumps(missing.value))
+    assert (str(copy), copy.exit_code) == (str(missing.value), 66)
+
+
+def test_files_are_found_where_render_is_called(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    Path("-x.toml").write_text(Scene(TABLES).toml())
+    frames = render("-x.toml", resolution="16x12", samples=1)
+    os.chdir("/")
+    assert next(frames)["rgba"].shape == (12, 16, 4)
+
+
+def test_arguments_of_other_types_are_refused() -> None:
+    with pytest.raises(TypeError):
+        render(square(), samples=1.5)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="--lens"):
+        render(square(), arguments="--lens 85")
+
+
 def test_wrong_arrays_are_refused() -> None:
     scene = Scene(TABLES)
     for vertices, triangles, text in [
@@ -112,6 +144,8 @@ def test_wrong_arrays_are_refused() -> None:
         (VERTICES, TRIANGLES + 2, "4 vertices"),
         (VERTICES, TRIANGLES * 1.0, "integers"),
         (VERTICES * np.nan, TRIANGLES, "finite"),
+        (VERTICES * 1j, TRIANGLES, "real"),
+        (VERTICES, TRIANGLES[:0], "none"),
     ]:
         with pytest.raises(ValueError, match=text):
             scene.add_mesh("wrong", vertices, triangles, "white")
