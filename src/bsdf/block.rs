@@ -16,8 +16,11 @@ pub trait BsdfBlock {
     /// The BSDF as one of the kind.
     fn kind(bsdf: &Bsdf) -> Option<&Self::Kind>;
 
-    /// Sets the BSDF of a lane, seen from the unit direction `wo` in its frame, and returns whether a block can hold it.
-    fn set(&mut self, lane: usize, bsdf: &Self::Kind, wo: Vec3) -> bool;
+    /// Sets the BSDF of a lane, and returns whether a block can hold it.
+    fn set(&mut self, lane: usize, bsdf: &Self::Kind) -> bool;
+
+    /// Sets the unit direction to the viewer of a lane, above the surface, in its frame.
+    fn set_view(&mut self, lane: usize, wo: Vec3);
 
     /// Finds what depends on the viewers; see [`BsdfKind::prepare`].
     fn prepare(&mut self);

@@ -31,6 +31,8 @@
 //! Shadow Terminator", Ray Tracing Gems II, 2021, and Keller et al., "The Iray Light Transport Simulation and Rendering System",
 //! 2017.
 
+use std::borrow::Cow;
+
 use serde::{Deserialize, Serialize};
 
 use super::{
@@ -45,7 +47,7 @@ use super::{
     scatter::Scatter,
 };
 use crate::{
-    bsdf::BsdfKind,
+    bsdf::{Bsdf, BsdfKind},
     geometry::Hit,
     light::environment::EnvironmentLight,
     material::{Emission, EmissionReach},
@@ -102,6 +104,8 @@ pub struct PathTracer {
 struct KnownSurface<'a> {
     diffuse: Option<DiffuseSurface<'a>>,
     reflecting: Option<BlockSurface<'a>>,
+    /// See [`ReflectingBlocks::left`].
+    bsdf: Option<&'a Bsdf>,
 }
 
 impl Integrator for PathTracer {
@@ -138,6 +142,7 @@ impl Integrator for PathTracer {
             let known = KnownSurface {
                 diffuse: diffuse.surface(k),
                 reflecting: reflecting.surface(k),
+                bsdf: reflecting.left(k),
             };
             tracer.shade(&context, known, out);
         }
@@ -208,7 +213,10 @@ impl PathTracer {
                 .get_2d(Dimension::at(path.depth, SampleUse::Selection))
                 .y
         };
-        let bsdf = scene.bsdf_for_path(surface, path.last.media, path.throughput, choice);
+        let bsdf = match known.bsdf {
+            Some(bsdf) if !bsdf.disperses() => Cow::Borrowed(bsdf),
+            _ => scene.bsdf_for_path(surface, path.last.media, path.throughput, choice),
+        };
         bsdf.dispatch(Scatter {
             limits: &self.limits,
             strategy: self.strategy,

@@ -1,5 +1,7 @@
 //! Blocks of opaque surfaces with one kind of BSDF: their direct light, and the directions of the paths that leave them.
 
+use std::borrow::Cow;
+
 use super::{
     VertexBatch,
     direct::Strategy,
@@ -7,10 +9,11 @@ use super::{
 };
 use crate::{
     bsdf::{
-        Lobe,
+        Bsdf, Lobe,
         block::{BsdfBlock, EvalBlock, SampleBlock},
         conductor::ConductorBlock,
         diffuse::OrenNayarBlock,
+        folded::FoldBlock,
         layered::LayerBlock,
     },
     material::BatchKind,
@@ -19,7 +22,10 @@ use crate::{
         block::{Each, LANES, get, get_rgb, set},
     },
     sampler::SampleUse,
-    scene::{FamilyBlock, LightFamily, Scene, SurfaceInteraction, shading_frame::shading_frame},
+    scene::{
+        FamilyBlock, LightFamily, Scene, SurfaceInteraction,
+        shading_frame::{ShadingFrame, shading_frame},
+    },
 };
 
 /// A block of surfaces whose BSDFs are in a `B`.
@@ -37,6 +43,7 @@ struct ScatteringBlock<'a> {
     s: [Each; 3],
     t: [Each; 3],
     n: [Each; 3],
+    folds: FoldBlock,
     families: [Option<&'a FamilyBlock>; LightFamily::ALL.len()],
     lights: [LightLanes; LightFamily::ALL.len()],
     samples: SampleBlock,
@@ -71,6 +78,8 @@ macro_rules! reflecting_blocks {
             $( $field: Option<KindBlock<'a, $Block>>, )*
             /// Whether no block holds a surface.
             is_empty: bool,
+            /// The BSDFs that were made of surfaces which their block cannot hold.
+            left: [Option<Cow<'a, Bsdf>>; LANES],
         }
 
         impl<'a> ReflectingBlocks<'a> {
@@ -80,6 +89,7 @@ macro_rules! reflecting_blocks {
                 Self {
                     $( $field: scene.has_batch_kind(BatchKind::$Kind).then_some(KindBlock::EMPTY), )*
                     is_empty: true,
+                    left: [const { None }; LANES],
                 }
             }
 
@@ -88,9 +98,10 @@ macro_rules! reflecting_blocks {
             #[inline(always)]
             pub fn fill(&mut self, batch: &VertexBatch<'a>, first: usize, strategy: Strategy, max_depth: u32) {
                 self.is_empty = true;
+                self.left.iter_mut().for_each(|left| *left = None);
                 $(
                     if let Some(block) = &mut self.$field {
-                        self.is_empty &= !block.fill(BatchKind::$Kind, batch, first, strategy, max_depth);
+                        self.is_empty &= !block.fill(BatchKind::$Kind, batch, first, (strategy, max_depth), &mut self.left);
                     }
                 )*
             }
@@ -108,6 +119,12 @@ macro_rules! reflecting_blocks {
                 )*
                 None
             }
+
+            /// The BSDF of a vertex that no block holds, if it was made.
+            #[inline(always)]
+            pub fn left(&self, k: usize) -> Option<&Bsdf> {
+                self.left[k % LANES].as_deref()
+            }
         }
     };
 }
@@ -124,6 +141,7 @@ impl ScatteringBlock<'_> {
         s: [[0.0; LANES]; 3],
         t: [[0.0; LANES]; 3],
         n: [[0.0; LANES]; 3],
+        folds: FoldBlock::EMPTY,
         families: [None; LightFamily::ALL.len()],
         lights: [LightLanes::EMPTY; LightFamily::ALL.len()],
         samples: SampleBlock::EMPTY,
@@ -152,14 +170,14 @@ impl<'a, B: BsdfBlock> KindBlock<'a, B> {
         scattering: ScatteringBlock::EMPTY,
     };
 
-    /// Fills the block with surfaces whose materials are of a `kind`, and returns whether it holds any.
+    /// Fills the block with surfaces whose materials are of a `kind`, and returns whether it holds any. The BSDFs of others are `left`.
     fn fill(
         &mut self,
         kind: BatchKind,
         batch: &VertexBatch<'a>,
         first: usize,
-        strategy: Strategy,
-        max_depth: u32,
+        (strategy, max_depth): (Strategy, u32),
+        left: &mut Each<Option<Cow<'a, Bsdf>>>,
     ) -> bool {
         self.scattering.is_set = [false; LANES];
         let end = batch.len().min(first + LANES);
@@ -178,13 +196,13 @@ impl<'a, B: BsdfBlock> KindBlock<'a, B> {
         ) else {
             return false;
         };
-        self.scattering.families = families;
+        (self.scattering.families, self.scattering.folds) = (families, FoldBlock::EMPTY);
         // Not drawn if no BSDF has several lobes.
         let choices = samples.of(SampleUse::Selection);
         let (mut lane_choices, mut lane_samples) = ([0.0; LANES], [Sample2D::default(); LANES]);
         for (lane, surface) in surfaces.iter().enumerate().filter(|(_, surface)| is_kind(surface)) {
             let k = first + lane;
-            self.scattering.is_set[lane] = self.set(batch, k, surface, max_depth);
+            self.scattering.is_set[lane] = self.set(batch, k, surface, max_depth, &mut left[lane]);
             lane_choices[lane] = choices.map_or(0.0, |choices| choices[k].y);
             lane_samples[lane] = Sample2D {
                 square: squares[k],
@@ -205,23 +223,41 @@ impl<'a, B: BsdfBlock> KindBlock<'a, B> {
 
     /// Sets the surface of vertex `k`, and returns whether the block can hold it.
     #[inline(always)]
-    fn set(&mut self, batch: &VertexBatch<'a>, k: usize, surface: &SurfaceInteraction, max_depth: u32) -> bool {
+    fn set(
+        &mut self,
+        batch: &VertexBatch<'a>,
+        k: usize,
+        surface: &SurfaceInteraction,
+        max_depth: u32,
+        left: &mut Option<Cow<'a, Bsdf>>,
+    ) -> bool {
         let (scene, lane) = (batch.scene, k % LANES);
         let path = &batch.paths[batch.indices[k] as usize];
         if path.depth >= max_depth || !path.last.media.is_empty() {
             return false;
         }
-        let bsdf = scene.bsdf(surface.material, &surface.texture);
-        let Some(bsdf) = B::kind(&bsdf) else { return false };
-        let frame = shading_frame(scene, surface, scene.material(surface.material), bsdf).frame;
+        let found = scene.bsdf(surface.material, &surface.texture);
+        let Some(bsdf) = B::kind(&found).filter(|bsdf| self.bsdfs.set(lane, bsdf)) else {
+            *left = Some(found);
+            return false;
+        };
+        let ShadingFrame { frame, base, coat, .. } =
+            shading_frame(scene, surface, scene.material(surface.material), bsdf);
+        let wo = frame.to_local(surface.wo);
+        let is_folded = scene.shading.normal_map(surface.material).is_some();
         let depends_on_normal = |family| scene.lights.depends_on_normal(family);
-        if frame.n != surface.viewed_normal() && scene.lights.families().any(depends_on_normal) {
+        let is_sampled = is_folded || frame.n == base || !scene.lights.families().any(depends_on_normal);
+        if coat.is_some() || !is_sampled || wo.z <= 0.0 {
+            *left = Some(found);
             return false;
         }
+        let plane = is_folded.then(|| frame.to_local(base));
+        self.scattering.folds.set(lane, plane);
         set(&mut self.scattering.s, lane, frame.s);
         set(&mut self.scattering.t, lane, frame.t);
         set(&mut self.scattering.n, lane, frame.n);
-        self.bsdfs.set(lane, bsdf, frame.to_local(surface.wo))
+        self.bsdfs.set_view(lane, wo);
+        true
     }
 }
 
@@ -261,7 +297,11 @@ impl BlockSurface<'_> {
             } else {
                 Lobe::Specular
             },
-            n: frame.n,
+            n: if block.folds.is_folded(lane) {
+                surface.viewed_normal()
+            } else {
+                frame.n
+            },
         })
     }
 }
@@ -287,21 +327,45 @@ impl<B: BsdfBlock> VectorLoop for Scatterings<'_, '_, B> {
             strategy,
         } = self;
         bsdfs.prepare();
-        for k in 0..block.families.len() {
-            let Some(family) = block.families[k] else { break };
-            let mut wi = [[0.0; LANES]; 3];
+        let mut samples = bsdfs.sample(choices, samples);
+        let folds = &block.folds;
+        let families = block.families.iter().flatten().count();
+        // The directions to the lights; of folded BSDFs also their images, and last those of the samples. They are evaluated at one
+        // place, for the sake of the program's size.
+        let images = usize::from(folds.is_any());
+        for query in 0..(1 + images) * families + images {
+            let (k, is_image) = (query / (1 + images), query % (1 + images) == 1);
+            let family = block.families.get(k).copied().flatten();
+            let mut wi = samples.wi;
+            if let Some(family) = family {
+                for lane in 0..LANES {
+                    let local = block.frame(lane).to_local(family.light.wi(lane));
+                    set(&mut wi, lane, local);
+                }
+            }
+            let queried = if is_image || family.is_none() {
+                folds.mirrored(&wi)
+            } else {
+                wi
+            };
+            let eval = bsdfs.eval(&queried);
+            let Some(family) = family else {
+                folds.fold(&mut samples, &queried, &eval.pdf);
+                break;
+            };
+            let lights = &mut block.lights[k];
+            if is_image {
+                folds.add(&mut lights.eval, &wi, &eval);
+            } else {
+                lights.eval = eval;
+            }
+            let (pdf, mut weights) = (lights.eval.pdf, [0.0; LANES]);
             for lane in 0..LANES {
-                let local = block.frame(lane).to_local(family.light.wi(lane));
-                set(&mut wi, lane, local);
-            }
-            let eval = bsdfs.eval(&wi);
-            let mut weights = [0.0; LANES];
-            for (lane, weight) in weights.iter_mut().enumerate() {
                 let of_light = family.light.pdf(lane) * family.pmf(lane);
-                *weight = strategy.weight_of_light(of_light, eval.pdf[lane]) / of_light;
+                weights[lane] = strategy.weight_of_light(of_light, pdf[lane]) / of_light;
             }
-            block.lights[k] = LightLanes { eval, weight: weights };
+            lights.weight = weights;
         }
-        block.samples = bsdfs.sample(choices, samples);
+        block.samples = samples;
     }
 }

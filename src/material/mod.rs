@@ -87,7 +87,7 @@ pub enum BatchKind {
     Alone,
     /// As [`Bsdf::Lambert`] with the normal of the surface, nearly everywhere.
     Diffuse,
-    /// As [`Bsdf::OrenNayar`], [`Bsdf::Conductor`] or [`Bsdf::Layered`], without a normal map, where a block can hold it.
+    /// As [`Bsdf::OrenNayar`], [`Bsdf::Conductor`] or [`Bsdf::Layered`], where a block can hold it.
     RoughDiffuse,
     Metal,
     Layered,

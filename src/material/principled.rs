@@ -314,7 +314,8 @@ impl MaterialKind for Principled {
     fn batch_kind(&self) -> BatchKind {
         let is_none = |part| matches!(part, Scalar::Constant(0.0));
         let is_opaque = is_none(self.transmission) && is_none(self.diffuse_transmission);
-        if is_opaque && is_none(self.anisotropy) && self.normal_map().is_none() && self.clearcoat_normal.is_none() {
+        let has_one_normal = self.normal_map().is_none() && self.clearcoat_normal.is_none();
+        if is_opaque && is_none(self.anisotropy) && (has_one_normal || is_none(self.clearcoat)) {
             BatchKind::Layered
         } else {
             BatchKind::Alone

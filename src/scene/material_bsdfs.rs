@@ -26,9 +26,9 @@ impl MaterialBsdfs {
     /// Precomputes these materials, some of which are given a normal map.
     pub fn new(materials: &[Material], is_given_map: impl Fn(MaterialId) -> bool) -> Self {
         let of = |(i, material): (usize, &Material)| MaterialBsdf {
-            batch_kind: match is_given_map(MaterialId(i as u32)) {
-                true => BatchKind::Alone,
-                false => material.batch_kind(),
+            batch_kind: match material.batch_kind() {
+                BatchKind::Diffuse if is_given_map(MaterialId(i as u32)) => BatchKind::Alone,
+                kind => kind,
             },
             constant: (!material.is_spatially_varying()).then(OnceLock::new),
         };

@@ -1,7 +1,13 @@
 //! Blocks of BSDFs give the bits of single ones.
 
 use super::{
-    super::{block::BsdfBlock, conductor::ConductorBlock, diffuse::OrenNayarBlock, layered::LayerBlock},
+    super::{
+        block::BsdfBlock,
+        conductor::ConductorBlock,
+        diffuse::OrenNayarBlock,
+        folded::{FoldBlock, Folded},
+        layered::LayerBlock,
+    },
     *,
 };
 use crate::math::{
@@ -13,17 +19,21 @@ fn bits(color: Rgb) -> [u32; 3] {
     color.to_array().map(f32::to_bits)
 }
 
-/// Compares blocks of the kind `B` with single surfaces, and returns the names of the examples that they hold.
-fn compare<B: BsdfBlock>() -> Vec<String> {
+/// Compares blocks of the kind `B` with single surfaces, folded at `plane` if there is one, and returns the names of the examples
+/// that they hold.
+fn compare<B: BsdfBlock>(plane: Option<Vec3>) -> Vec<String> {
+    let mut folds = FoldBlock::EMPTY;
+    (0..LANES / 2).for_each(|lane| folds.set(lane, plane));
     let mut held = Vec::new();
     for Example { name, bsdf, .. } in examples() {
         let Some(single) = B::kind(&bsdf) else { continue };
         let views = [0.9, 0.4, 0.05, 1.0].map(|cos| direction(cos, 3.0 * cos));
         let mut block = B::EMPTY;
         // The other half of the lanes is of no surface.
-        if !(0..LANES / 2).all(|lane| block.set(lane, single, views[lane])) {
+        if !(0..LANES / 2).all(|lane| block.set(lane, single)) {
             continue;
         }
+        (0..LANES / 2).for_each(|lane| block.set_view(lane, views[lane]));
         held.push(name.clone());
         block.prepare();
         for i in 0..400 {
@@ -32,18 +42,29 @@ fn compare<B: BsdfBlock>() -> Vec<String> {
                 let (uc, u) = numbers(8 * i + lane as u32);
                 set(&mut wi, lane, direction(2.0 * u.x - 1.0, 9.0 * uc));
             }
-            let eval = block.eval(&wi);
+            let mut eval = block.eval(&wi);
+            folds.add(&mut eval, &wi, &block.eval(&folds.mirrored(&wi)));
             let drawn: [_; LANES] = std::array::from_fn(|lane| numbers(5000 + 8 * i + lane as u32));
-            let sampled = block.sample(&drawn.map(|(uc, _)| uc), &drawn.map(|(_, u)| Sample2D::from(u)));
+            let mut sampled = block.sample(&drawn.map(|(uc, _)| uc), &drawn.map(|(_, u)| Sample2D::from(u)));
+            let images = folds.mirrored(&sampled.wi);
+            folds.fold(&mut sampled, &images, &block.eval(&images).pdf);
             for lane in 0..LANES / 2 {
                 let wo = views[lane];
-                let alone = single.eval(wo, get(&wi, lane));
+                let folded = plane.map(|plane| Folded { bsdf: single, plane });
+                let alone = match &folded {
+                    Some(folded) => folded.eval(wo, get(&wi, lane)),
+                    None => single.eval(wo, get(&wi, lane)),
+                };
                 assert_eq!(bits(get_rgb(&eval.diffuse, lane)), bits(alone.diffuse), "{name} {wo}");
                 assert_eq!(bits(get_rgb(&eval.glossy, lane)), bits(alone.glossy), "{name} {wo}");
                 assert_eq!(eval.pdf[lane].to_bits(), alone.pdf.to_bits(), "{name} {wo}");
 
                 let (uc, u) = drawn[lane];
-                let Some(alone) = single.sample(wo, uc, u.into()) else {
+                let alone = match &folded {
+                    Some(folded) => folded.sample(wo, uc, u.into()),
+                    None => single.sample(wo, uc, u.into()),
+                };
+                let Some(alone) = alone else {
                     assert!(sampled.pdf[lane] <= 0.0 || sampled.pdf[lane].is_nan(), "{name} {wo}");
                     continue;
                 };
@@ -68,12 +89,16 @@ fn compare<B: BsdfBlock>() -> Vec<String> {
 
 #[test]
 fn blocks_evaluate_and_sample_as_one_by_one() {
-    let held = [
-        compare::<LayerBlock>(),
-        compare::<ConductorBlock>(),
-        compare::<OrenNayarBlock>(),
-    ]
-    .concat();
+    let planes = [None, Some(direction(0.95, 1.0)), Some(direction(0.4, 4.0))];
+    let held = planes.map(|plane| {
+        [
+            compare::<LayerBlock>(plane),
+            compare::<ConductorBlock>(plane),
+            compare::<OrenNayarBlock>(plane),
+        ]
+        .concat()
+    });
+    let [held, ..] = held;
     for kind in [
         "plastic",
         "dense plastic",

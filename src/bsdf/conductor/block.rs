@@ -100,12 +100,11 @@ impl BsdfBlock for ConductorBlock {
     }
 
     #[inline(always)]
-    fn set(&mut self, lane: usize, bsdf: &Conductor, wo: Vec3) -> bool {
+    fn set(&mut self, lane: usize, bsdf: &Conductor) -> bool {
         let lane = lane % LANES;
-        if wo.z <= 0.0 || !self.facets.set(lane, bsdf.albedo, &bsdf.facets) {
+        if !self.facets.set(lane, bsdf.albedo, &bsdf.facets) {
             return false;
         }
-        set(&mut self.wo, lane, wo);
         set_rgb(&mut self.tint, lane, bsdf.tint);
         set_rgb(&mut self.normal, lane, bsdf.normal);
         match bsdf.reflectance {
@@ -120,6 +119,11 @@ impl BsdfBlock for ConductorBlock {
             }
         }
         true
+    }
+
+    #[inline(always)]
+    fn set_view(&mut self, lane: usize, wo: Vec3) {
+        set(&mut self.wo, lane % LANES, wo);
     }
 
     #[inline(always)]

@@ -39,12 +39,16 @@ impl BsdfBlock for OrenNayarBlock {
     }
 
     #[inline(always)]
-    fn set(&mut self, lane: usize, bsdf: &OrenNayar, wo: Vec3) -> bool {
+    fn set(&mut self, lane: usize, bsdf: &OrenNayar) -> bool {
         let lane = lane % LANES;
-        set(&mut self.wo, lane, wo);
         set_rgb(&mut self.albedo, lane, bsdf.albedo);
         self.roughness[lane] = bsdf.roughness;
-        wo.z > 0.0 && !bsdf.albedo.is_black()
+        !bsdf.albedo.is_black()
+    }
+
+    #[inline(always)]
+    fn set_view(&mut self, lane: usize, wo: Vec3) {
+        set(&mut self.wo, lane % LANES, wo);
     }
 
     #[inline(always)]

@@ -88,14 +88,14 @@ impl BsdfBlock for LayerBlock {
     }
 
     #[inline(always)]
-    fn set(&mut self, lane: usize, layered: &Layered, wo: Vec3) -> bool {
+    fn set(&mut self, lane: usize, layered: &Layered) -> bool {
         let lane = lane % LANES;
         let layers = &layered.layers;
         let is_opaque = layers.transmission == 0.0 && layers.diffuse_transmission == 0.0;
         let is_bare = layers.thin_film.weight == 0.0 && layers.sheen.is_black();
         let is_turned = layers.rotation != Vec2::X;
         let has_one_normal = layers.coat == 0.0 || layers.coat_normal == Vec3::Z;
-        if !(is_opaque && is_bare && has_one_normal && wo.z > 0.0) || is_turned {
+        if !(is_opaque && is_bare && has_one_normal) || is_turned {
             return false;
         }
         if layers.coat == 0.0 {
@@ -114,7 +114,6 @@ impl BsdfBlock for LayerBlock {
             let [a, b] = albedo::schlick_mean(layered.albedo, &layers.facets);
             over_mean = (over_f0.max_component() * a + layers.specular * b).min(0.999);
         }
-        set(&mut self.wo, lane, wo);
         set_rgb(&mut self.base_color, lane, layers.base_color);
         set_rgb(&mut self.over_f0, lane, over_f0);
         self.specular[lane] = layers.specular;
@@ -124,6 +123,11 @@ impl BsdfBlock for LayerBlock {
         self.over_mean[lane] = over_mean;
         self.coat[lane] = layers.coat;
         true
+    }
+
+    #[inline(always)]
+    fn set_view(&mut self, lane: usize, wo: Vec3) {
+        set(&mut self.wo, lane % LANES, wo);
     }
 
     #[inline(always)]
