@@ -9,6 +9,7 @@
 mod error;
 mod exr;
 mod limits;
+mod png_numbers;
 mod texture_memory;
 
 use std::{
@@ -31,6 +32,7 @@ pub use exr::{
     PictureWindow,
     passes::{ImagePass, PassChannel},
 };
+pub use png_numbers::PngNumbers;
 pub use texture_memory::halvings;
 
 /// The first bytes of a JPEG file.
@@ -185,6 +187,11 @@ impl EncodedImage {
             display: [bitmap.width, bitmap.height],
         };
         Ok((bitmap, window))
+    }
+
+    /// The meaning of its numbers, if it is a PNG file of data.
+    pub fn png_numbers(&self) -> Option<PngNumbers> {
+        PngNumbers::of(&self.bytes)
     }
 
     /// Opens the decoder, which reads the header.

@@ -129,7 +129,13 @@ impl Run<'_> {
     fn pair(&mut self, reference: &Path, test: &Path, map: Option<&Path>, alone: bool) -> anyhow::Result<()> {
         match compare(reference, test, self.args.limit as f32, &self.files) {
             Ok(comparison) => self.compared(reference, test, map, &comparison),
-            Err(error @ (CompareError::Size { .. } | CompareError::Window { .. } | CompareError::Range)) => {
+            Err(
+                error @ (CompareError::Size { .. }
+                | CompareError::Window { .. }
+                | CompareError::Range
+                | CompareError::DataRange
+                | CompareError::Data { .. }),
+            ) => {
                 if self.updates(reference, test)? {
                     return Ok(());
                 }

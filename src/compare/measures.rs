@@ -9,7 +9,7 @@ use crate::math::Rgb;
 #[derive(Clone, Copy, Debug, PartialEq, Serialize)]
 pub struct Measures {
     /// The mean over pixels of FLIP, the difference that a viewer sees when the pictures alternate, from 0 to 1: HDR-FLIP for
-    /// pictures of light, LDR-FLIP for display values.
+    /// pictures of light, LDR-FLIP for display values. Of data it is [`pixels`](Self::pixels).
     pub flip: f64,
     /// The root of the mean squared difference of a number.
     pub rmse: f64,
@@ -17,7 +17,7 @@ pub struct Measures {
     /// bright parts alike. Source: Rousselle et al., "Adaptive Sampling and Reconstruction using Greedy Error Minimization",
     /// SIGGRAPH Asia 2011.
     pub relmse: f64,
-    /// The share of pixels of which a number (alpha included) is farther away than the limit.
+    /// The share of pixels of which a number (alpha included) is farther away than the limit. For ids the limit is 0.
     pub pixels: f64,
     /// The largest difference of a number, alpha included.
     pub largest: f64,
@@ -58,9 +58,11 @@ impl Comparison {
         if reference.is_light != test.is_light {
             return Err(CompareError::Range);
         }
-        let flip = match reference.is_light {
-            true => flip::of_light(reference, test),
-            false => flip::of_display_values(reference, test),
+        let limit = data_limit(reference, test, limit)?;
+        let flip = match (&reference.data, reference.is_light) {
+            (Some(_), _) => differing(reference, test, limit),
+            (None, true) => flip::of_light(reference, test),
+            (None, false) => flip::of_display_values(reference, test),
         };
         let mut sums = Sums::default();
         for (i, (a, b)) in reference.pixels.iter().zip(&test.pixels).enumerate() {
@@ -82,6 +84,26 @@ impl Comparison {
             flip,
         })
     }
+}
+
+/// The limit of two pictures: 0 for ids, of which no two are near.
+fn data_limit(reference: &Picture, test: &Picture, limit: f32) -> Result<f32, CompareError> {
+    match (&reference.data, &test.data) {
+        (None, None) => Ok(limit),
+        (Some(a), Some(b)) if a.may_be(b) => Ok(if a.are_ids() || b.are_ids() { 0.0 } else { limit }),
+        (Some(a), Some(b)) => Err(CompareError::Data {
+            reference: a.to_string(),
+            test: b.to_string(),
+        }),
+        _ => Err(CompareError::DataRange),
+    }
+}
+
+/// 1 for each pixel of data that differs, else 0: no display shows data.
+fn differing(reference: &Picture, test: &Picture, limit: f32) -> Vec<f32> {
+    let pairs = reference.pixels.iter().zip(&test.pixels);
+    let differs = |(a, b): (&Rgb, &Rgb)| (*a - *b).to_array().iter().any(|v| v.abs() > limit);
+    pairs.map(|pair| f32::from(u8::from(differs(pair)))).collect()
 }
 
 #[derive(Default)]

@@ -30,6 +30,10 @@ pub enum CompareError {
     Size { reference: [u32; 2], test: [u32; 2] },
     #[error("one picture holds light and the other display values: compare EXR with EXR, and PNG with PNG")]
     Range,
+    #[error("one picture holds data in 16 bits and the other display values")]
+    DataRange,
+    #[error("the pictures hold other data: {reference} and {test}")]
+    Data { reference: String, test: String },
     #[error("the data windows differ: {} and {}", window(reference), window(test))]
     Window {
         reference: ([u32; 2], [i64; 2]),

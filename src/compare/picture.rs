@@ -5,7 +5,7 @@ use std::path::Path;
 use crate::{
     assets::{
         Files, MemoryKind,
-        image::{EncodedImage, ImageError, ImageRequest, PictureWindow},
+        image::{EncodedImage, ImageError, ImageRequest, PictureWindow, PngNumbers},
         model::ImageSource,
     },
     math::{Rgb, srgb},
@@ -15,7 +15,7 @@ use crate::{
     },
 };
 
-/// A picture: of light (EXR, Radiance HDR) or of display values (all other formats).
+/// A picture: of light (EXR, Radiance HDR), of data (PNG files of numbers) or of display values (all others).
 #[derive(Clone, Debug)]
 pub struct Picture {
     /// Columns and rows: those of the data window of EXR.
@@ -23,6 +23,8 @@ pub struct Picture {
     pub window: PictureWindow,
     /// Whether its numbers are light, which has no upper bound. Display values are from 0 to 1 and have sRGB's curve.
     pub is_light: bool,
+    /// The meaning of the numbers of data. They are whole numbers, or components of vectors from -1 to 1.
+    pub data: Option<PngNumbers>,
     /// The numbers of the file, row by row from the top. Colours of EXR are multiplied by alpha.
     pub pixels: Vec<Rgb>,
     /// The opacity of each pixel; empty for a picture without.
@@ -35,9 +37,17 @@ impl Picture {
     /// Reads a picture file of any format that textures can have.
     pub fn read(path: &Path, files: &Files) -> Result<Self, ImageError> {
         let request = ImageRequest::new(ImageSource::File(path.to_owned()), ColorSpace::Raw);
-        let (bitmap, window) = EncodedImage::read(&request, files)?.decode_data(files.memory())?;
+        let encoded = EncodedImage::read(&request, files)?;
+        let (bitmap, window) = encoded.decode_data(files.memory())?;
         files.memory().release(MemoryKind::Images);
-        Ok(Self::of(&bitmap, window))
+        let mut picture = Self::of(&bitmap, window);
+        picture.data = encoded.png_numbers();
+        if let Some(numbers) = &picture.data {
+            for pixel in &mut picture.pixels {
+                *pixel = pixel.map(|v| numbers.decode(v));
+            }
+        }
+        Ok(picture)
     }
 
     fn of(bitmap: &Bitmap, window: PictureWindow) -> Self {
@@ -46,6 +56,7 @@ impl Picture {
             size: [bitmap.width, bitmap.height],
             window,
             is_light: matches!(bitmap.storage, Storage::Float(_)),
+            data: None,
             pixels: places().map(|(x, y)| bitmap.rgb(x, y)).collect(),
             alpha: if bitmap.has_alpha() {
                 places().map(|(x, y)| bitmap.alpha(x, y)).collect()

@@ -23,6 +23,7 @@ fn picture(is_light: bool, shift: u32) -> Picture {
             display: SIZE,
         },
         is_light,
+        data: None,
         pixels: (0..width * height).map(pixel).collect(),
         alpha: Vec::new(),
         not_finite: 0,
@@ -95,4 +96,47 @@ fn pictures_of_other_sizes_and_ranges_are_refused() {
         Comparison::new(&light, &picture(false, 0), 0.0),
         Err(CompareError::Range)
     ));
+}
+
+/// Writes a gray PNG file of 16 bits, with these texts.
+fn numbers(path: &Path, values: [u16; 4], texts: &[(&str, &str)]) {
+    let file = std::fs::File::create(path).expect("a file");
+    let mut encoder = png::Encoder::new(file, 2, 2);
+    encoder.set_color(png::ColorType::Grayscale);
+    encoder.set_depth(png::BitDepth::Sixteen);
+    for (key, text) in texts {
+        let added = encoder.add_text_chunk((*key).to_owned(), (*text).to_owned());
+        added.expect("a text");
+    }
+    let mut writer = encoder.write_header().expect("a header");
+    let bytes: Vec<u8> = values.into_iter().flat_map(u16::to_be_bytes).collect();
+    writer.write_image_data(&bytes).expect("pixels");
+}
+
+#[test]
+fn data_of_16_bits_are_compared_as_numbers_and_ids_exactly() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let [a, b] = ["a.png", "b.png"].map(|name| folder.path().join(name));
+    let compared = |limit| compare(&a, &b, limit, &Files::default()).map(|found| found.measures);
+    let [ids, depth, normals] = ["objectId", "depth", "N"].map(|pass| [("Pass", pass), ("Unit", "a unit")]);
+    for (texts, limit, pixels) in [
+        (&ids[..], 5.0, 0.5),
+        (&depth, 0.5, 0.5),
+        (&depth, 1.0, 0.0),
+        (&[], 0.5, 0.5),
+    ] {
+        numbers(&a, [1, 1, 0, 65535], texts);
+        numbers(&b, [2, 1, 1, 65535], texts);
+        let found = compared(limit).expect("comparable");
+        assert_eq!(
+            (found.largest, found.pixels, found.flip),
+            (1.0, pixels, pixels),
+            "{texts:?}"
+        );
+    }
+    numbers(&a, [1, 32768, 65535, 32768], &normals);
+    numbers(&b, [65535, 32768, 65535, 32768], &normals);
+    assert_eq!(compared(0.0).expect("comparable").largest, 2.0);
+    numbers(&a, [1; 4], &depth);
+    assert!(matches!(compared(0.0), Err(CompareError::Data { .. })));
 }
