@@ -145,7 +145,12 @@ fn intrinsics(cameras: &[Still]) -> Result<Vec<IntrinsicsOverrides>, String> {
         return Ok(Vec::new());
     }
     let of = |camera: &Still| Ok(IntrinsicsOverrides::of(&camera.lens("csv")?.lens()?).unwrap_or_default());
-    cameras.iter().map(of).collect()
+    let all: Vec<IntrinsicsOverrides> = cameras.iter().map(of).collect::<Result<_, String>>()?;
+    let columns = std::array::from_fn(|i| all.iter().find_map(|lens| lens.0[i]));
+    match IntrinsicsOverrides(columns).is_of_two_models() {
+        true => Err("csv files have one model of distortion: fisheyes and other lenses are two files".to_owned()),
+        false => Ok(all),
+    }
 }
 
 /// The shift of a lens, in picture widths.

@@ -201,7 +201,7 @@ fn last_number(name: &str) -> Option<i64> {
     let file = name.rsplit(['/', '\\']).next()?;
     let stem = file
         .rsplit_once('.')
-        .map_or(file, |(stem, ending)| match ending.parse::<u64>() {
+        .map_or(file, |(stem, ending)| match ending.parse::<i64>() {
             // The number of `camera.0012`.
             Ok(_) => file,
             Err(_) => stem,
@@ -214,7 +214,14 @@ fn last_number(name: &str) -> Option<i64> {
     let start = stem[..end]
         .rfind(|c: char| !c.is_ascii_digit())
         .map_or(0, |i| i + stem[i..].chars().next().map_or(1, char::len_utf8));
-    stem[start..end].parse().ok().filter(|n| *n <= MAX_FRAME)
+    // A hyphen behind a word is none of the number: `f-0002` is frame 2, and `f.-002` is frame -2.
+    let is_minus = |before: &str| before.is_empty() || before.ends_with(['.', '_', '-']);
+    let start = match stem[..start].strip_suffix('-') {
+        Some(before) if is_minus(before) => before.len(),
+        _ => start,
+    };
+    let number = stem[start..end].parse::<i64>().ok();
+    number.filter(|n| (-MAX_FRAME..=MAX_FRAME).contains(n))
 }
 
 #[cfg(test)]
@@ -226,6 +233,11 @@ mod tests {
         let of = |names: &[&'static str]| picture_frames(names.iter().map(|name| Some(*name)));
         assert_eq!(of(&["images/f_0012.png", "images/f_0003.v2.jpg"]), [12, 2]);
         assert_eq!(of(&["camera.0012", "camera.0013"]), [12, 13]);
+        assert_eq!(
+            of(&["-002.png", "f_-001.png", "f.-0003.exr", "0000.png"]),
+            [-2, -1, -3, 0]
+        );
+        assert_eq!(of(&["f-0012.png", "f-0003.png"]), [12, 3]);
         assert_eq!(of(&["a/1.png", "b/1.png"]), [1, 2]);
         assert_eq!(of(&["left.png", "7.png"]), [1, 2]);
         assert_eq!(of(&["é9é.png"]), [9]);

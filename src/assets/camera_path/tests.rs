@@ -429,7 +429,10 @@ fn keyframes_become_all_frames_with_lenses_in_pixels_of_the_size_that_is_said() 
     let rows: Vec<&str> = text.lines().collect();
     assert_eq!(
         rows[0],
-        "frame,eye_x,eye_y,eye_z,qx,qy,qz,qw,fx,fy,cx,cy,width,height,name"
+        "frame,eye_x,eye_y,eye_z,qx,qy,qz,qw,fx,fy,cx,cy,skew,width,height,k1,k2,p1,p2,k3,k4,k5,k6,s1,s2,s3,s4,name"
     );
-    assert!(rows[1].ends_with(",2,2,8,4,\"0001.png\""), "{text}");
+    assert!(
+        rows[1].ends_with(",2,2,0,8,4,0,0,0,0,0,0,0,0,0,0,0,0,\"0001.png\""),
+        "{text}"
+    );
 }

@@ -10,15 +10,17 @@ use crate::camera::{
 };
 
 impl IntrinsicsOverrides {
-    /// Those by which a pinhole becomes `lens`; `None` where a coefficient of its distortion has no column.
+    /// Those by which any pinhole becomes `lens`, so that no skew and no coefficient of another one stays; `None` where a coefficient of
+    /// its distortion has no column.
     pub fn of(lens: &PinholeLens) -> Option<Self> {
         let distortion = lens.distortion.of_data_sets()?;
         let value = |column: &IntrinsicsColumn| match (column.part, &distortion) {
             (Part::Focal(axis), _) => Some(lens.focal[axis]),
             (Part::Center(axis), _) => lens.center[axis],
-            (Part::Skew, _) => Some(lens.skew).filter(|skew| *skew != 0.0),
+            (Part::Skew, _) => Some(lens.skew),
             (Part::Size(axis), _) => lens.size.map(|size| size[axis]),
-            (Part::OpenCv(i), ViewDistortion::OpenCv(all)) => Some(all[i]).filter(|k| *k != 0.0),
+            (Part::OpenCv(i), ViewDistortion::OpenCv(all)) => Some(all[i]),
+            (Part::OpenCv(_), ViewDistortion::None) => Some(0.0),
             (Part::KannalaBrandt(i), ViewDistortion::OpenCvFisheye(all)) => Some(all[i]),
             (Part::OpenCv(_) | Part::KannalaBrandt(_), _) => None,
         };
