@@ -178,6 +178,7 @@ fn render_all<'a>(
         });
         let mut films = match attempt.and_then(|found: Result<_, Error>| found.map_err(FrameError::from)) {
             Ok(films) => films?,
+            Err(FrameError::Output(error)) if error.ends_the_job() => return Err(error.into()),
             Err(cause) => {
                 renderer = Renderer::new();
                 scenes.recover();

@@ -335,7 +335,7 @@ pub struct RenderArgs {
 
     /// Keep the sums of the samples of each frame beside its file; a later job with more --samples adds those that are missing
     ///
-    /// Its files have the bits of a job with --keep-sums and all the samples. Frames that move while the shutter is open start anew.
+    /// Its files have the bits of a job with --keep-sums and all the samples. Frames in which objects move while the shutter is open start anew.
     #[arg(long, visible_alias = "continue", hide_short_help = true, help_heading = heading::JOB)]
     pub keep_sums: bool,
 

@@ -46,7 +46,7 @@ fn both(scene: &str, samples: &[&str], more: &[&str]) -> (Vec<u8>, Vec<u8>, Stri
 fn assert_continues(scene: &str, samples: &[&str], more: &[&str]) {
     let (whole, several, said) = both(scene, samples, more);
     assert!(
-        said.contains("goes on from f.exr.sums") && !said.contains("without"),
+        said.contains("has kept sums in f.exr.sums") && !said.contains("without"),
         "{said}"
     );
     assert!(whole == several, "{samples:?} {more:?}");

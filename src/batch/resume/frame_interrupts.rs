@@ -143,12 +143,14 @@ impl Interrupts for FrameInterrupts<'_> {
 
     fn earlier_state(&self, range: Option<u32>) -> Option<Vec<u8>> {
         let checkpoint = || Some((self.checkpoint_path()?, self.fingerprint.to_owned()));
-        let read = |(path, fingerprint): (PathBuf, String)| {
+        let read = |(path, fingerprint): (PathBuf, String), what: &str| {
             let state = checkpoint::read(&path, &fingerprint, &self.plan.warnings)?;
-            tracing::info!("frame {} goes on from {}", self.frame.number, path.display());
+            tracing::info!("frame {} {what} {}", self.frame.number, path.display());
             Some(state)
         };
-        checkpoint().and_then(read).or_else(|| self.sums(range).and_then(read))
+        let unfinished = checkpoint().and_then(|of| read(of, "goes on from"));
+        // Whether samples can be added to sums is not known yet.
+        unfinished.or_else(|| read(self.sums(range)?, "has kept sums in"))
     }
 
     fn earlier_state_is_left(&self) {
