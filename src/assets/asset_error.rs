@@ -20,6 +20,9 @@ pub enum AssetError {
     Model(Box<dyn ModelError>),
     #[error("unknown model format ({}): {}", model_formats::Unknown(path), path.display())]
     UnknownModel { path: PathBuf },
+    /// The scene that is written for a model names it, in UTF-8.
+    #[error("the name of the model is not UTF-8, rename the file: {}", path.display())]
+    NotUtf8 { path: PathBuf },
     #[error("the model has no triangles: {}", path.display())]
     NoTriangles { path: PathBuf },
     #[error("broken material of a model: {cause}: {}", path.display())]
@@ -66,6 +69,7 @@ impl AssetError {
             Self::Ies(e) => e.path(),
             Self::Model(e) => e.path(),
             Self::UnknownModel { path }
+            | Self::NotUtf8 { path }
             | Self::NoTriangles { path }
             | Self::NoScenes { path }
             | Self::NoVariants { path }
@@ -93,6 +97,7 @@ impl AssetError {
             Self::Ies(e) => e.is_missing(),
             Self::Model(e) => e.is_missing(),
             Self::UnknownModel { .. }
+            | Self::NotUtf8 { .. }
             | Self::NoTriangles { .. }
             | Self::NoScenes { .. }
             | Self::NoVariants { .. }

@@ -1,10 +1,13 @@
 //! Errors of words that clap or the renderer would tell of in other words than what the user did: mistyped commands, commands after
-//! a scene, and texts that are not UTF-8.
+//! a scene, negative values, and texts that are not UTF-8.
 
 use std::{ffi::OsString, path::Path};
 
 use batch_render::value::UnknownName;
-use clap::{CommandFactory, Error, error::ErrorKind};
+use clap::{
+    CommandFactory, Error,
+    error::{ContextKind, ErrorKind},
+};
 
 use super::args::Args;
 
@@ -12,8 +15,26 @@ use super::args::Args;
 pub fn reworded(error: &Error) -> Option<Error> {
     match error.kind() {
         ErrorKind::InvalidUtf8 => not_utf8(&std::env::args_os().collect::<Vec<_>>()),
+        ErrorKind::UnknownArgument => negative(error, &std::env::args_os().collect::<Vec<_>>()),
         _ => None,
     }
+}
+
+/// Returns the error of a negative value behind an option that takes none, which is read as an option itself.
+fn negative(error: &Error, words: &[OsString]) -> Option<Error> {
+    let unknown = error.get(ContextKind::InvalidArg)?.to_string();
+    let is_number = |word: &str| {
+        word.strip_prefix('-')
+            .is_some_and(|rest| rest.starts_with(|c: char| c.is_ascii_digit()))
+    };
+    let words: Vec<&str> = words.iter().map_while(|word| word.to_str()).collect();
+    let mut pairs = words.iter().zip(words.iter().skip(1));
+    let is_meant = |(option, value): &(&&str, &&str)| {
+        option.starts_with('-') && !option.contains('=') && is_number(value) && value.starts_with(&unknown)
+    };
+    let (option, value) = pairs.find(is_meant)?;
+    let message = format!("`{value}` is read as an option: write a negative value of {option} as {option}={value}");
+    Some(Args::command().error(ErrorKind::UnknownArgument, message))
 }
 
 /// Returns the error of a scene that is no file but the mistyped name of a command, or of a command after a scene.

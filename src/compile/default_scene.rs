@@ -21,7 +21,7 @@ use super::{
 };
 use crate::{
     assets::{
-        Store,
+        AssetError, Store,
         model::{LightUnits, Model, ModelCamera, ModelChoice},
         motion::{EditedParts, ModelEdits},
         store::ModelRequest,
@@ -292,6 +292,9 @@ impl Shown<'_> {
 
 /// The scene of the model at `path`, and its motion, if it has one.
 pub fn describe(path: &Path, options: ModelOptions<'_>, store: &Store) -> Result<(SceneDesc, Option<ModelRun>), Error> {
+    if path.file_name().is_some_and(|name| name.to_str().is_none()) {
+        return Err(AssetError::NotUtf8 { path: path.to_owned() }.into());
+    }
     let mut supplied = SuppliedScene {
         path,
         options,

@@ -20,6 +20,12 @@ pub struct CropFile {
 pub enum JoinError {
     #[error("there is no such file: {}", path.display())]
     Missing { path: PathBuf },
+    #[error("the file is {found}, and the merged one {expected}: merge files of one format: {}", path.display())]
+    OtherFormat {
+        found: &'static str,
+        expected: &'static str,
+        path: PathBuf,
+    },
     #[error("the file is incomplete or altered: {}", path.display())]
     Damaged { path: PathBuf },
     #[error("the file is denoised: join the crops with noise, and denoise the whole: {}", path.display())]

@@ -66,7 +66,15 @@ fn look(format: &dyn Format, path: &Path) -> Result<Crop, JoinError> {
         return Err(JoinError::Missing { path });
     }
     let Some(facts) = format.inspect(&path) else {
-        return Err(JoinError::Damaged { path });
+        let mut others = output::FORMATS.iter().filter(|other| other.name() != format.name());
+        return Err(match others.find(|other| other.facts(&path).is_some()) {
+            Some(other) => JoinError::OtherFormat {
+                found: other.name(),
+                expected: format.name(),
+                path,
+            },
+            None => JoinError::Damaged { path },
+        });
     };
     if facts.attribute(DENOISED).is_some() {
         return Err(JoinError::Denoised { path });

@@ -65,7 +65,8 @@ pub(in crate::batch) fn check<'a>(
 /// The view of a camera when its shutter opens.
 pub(in crate::batch) fn calibrated(camera: &FrameCamera) -> Result<CalibratedView, Error> {
     let message = "--metadata transforms: only perspective cameras have focal lengths, and pinholes without skew, with \
-                   `kannala_brandt` or up to five numbers of `opencv`";
+                   `kannala_brandt` or up to five numbers of `opencv`: leave out `transforms`, and `colmap`, which is made from it; \
+                   convert-camera writes other lenses of a camera path as COLMAP";
     // Readers of `transforms.json` take a fourth coefficient of the radius for another model.
     let is_known = |view: &CalibratedView| match view.distortion {
         ViewDistortion::OpenCv([_, _, _, _, _, others @ ..]) => others == [0.0; 7],
