@@ -11,7 +11,7 @@ use super::{
     pair::Pair,
 };
 
-/// A token: the processor is known to have AVX2 and FMA, and AVX-512 (F, VL, DQ, BW) if `SIXTEEN`.
+/// A token: the processor is known to have AVX2 and FMA, and AVX-512 (F, VL) if `SIXTEEN`.
 #[derive(Clone, Copy)]
 pub struct Avx<const SIXTEEN: bool>(());
 
@@ -19,7 +19,7 @@ pub type Avx2 = Avx<false>;
 
 impl<const SIXTEEN: bool> Avx<SIXTEEN> {
     /// # Safety
-    /// The processor has AVX2 and FMA, and AVX-512 F, VL, DQ and BW if `SIXTEEN`.
+    /// The processor has AVX2 and FMA, and AVX-512 F and VL if `SIXTEEN`.
     #[inline(always)]
     pub unsafe fn new() -> Self {
         Self(())

@@ -1,4 +1,4 @@
-//! The SIMD level of processors with AVX-512 (F, VL, DQ, BW): sixteen floats per register, and mask
+//! The SIMD level of processors with AVX-512 (F and VL alone, see [`dispatch`](super::dispatch)): sixteen floats per register, and mask
 //! registers.
 //!
 //! Compaction of eight lanes uses the table of AVX2. The compress instruction (`vpcompressd`) and
@@ -15,7 +15,7 @@ pub type Avx512 = Avx<true>;
 
 floats! {
     F16(__m512), M16(__mmask16), 16,
-    _mm512_storeu_ps, _mm512_set1_ps, blend, _mm512_and_ps, _mm512_xor_ps, _mm512_andnot_ps,
+    _mm512_storeu_ps, _mm512_set1_ps, blend, and, xor, andnot,
     {
         add = _mm512_add_ps; sub = _mm512_sub_ps; mul = _mm512_mul_ps; div = _mm512_div_ps;
         min = _mm512_min_ps; max = _mm512_max_ps;
@@ -38,6 +38,27 @@ unsafe fn blend(a: __m512, b: __m512, mask: __mmask16) -> __m512 {
     unsafe { _mm512_mask_blend_ps(mask, a, b) }
 }
 
+/// Declares operations on the bits of floats, by the instructions for integers: those for floats are of AVX-512 DQ.
+macro_rules! bitwise {
+    ($( $name:ident = $instruction:ident; )*) => {
+        $(
+            /// # Safety
+            /// The processor has AVX-512 F.
+            #[inline(always)]
+            unsafe fn $name(a: __m512, b: __m512) -> __m512 {
+                // SAFETY: by this function's own contract.
+                unsafe { _mm512_castsi512_ps($instruction(_mm512_castps_si512(a), _mm512_castps_si512(b))) }
+            }
+        )*
+    };
+}
+
+bitwise! {
+    and = _mm512_and_si512;
+    xor = _mm512_xor_si512;
+    andnot = _mm512_andnot_si512;
+}
+
 impl SimdLevel for Avx512 {
     const SIXTEEN: bool = true;
 
@@ -57,7 +78,10 @@ impl SimdLevel for Avx512 {
     #[inline(always)]
     fn join(self, first: F8, second: F8) -> F16 {
         // SAFETY: the token proves that the processor has AVX-512.
-        F16(unsafe { _mm512_insertf32x8::<1>(_mm512_castps256_ps512(first.0), second.0) })
+        F16(unsafe {
+            let (first, second) = (_mm512_castps256_ps512(first.0), _mm256_castps_pd(second.0));
+            _mm512_castpd_ps(_mm512_insertf64x4::<1>(_mm512_castps_pd(first), second))
+        })
     }
     #[inline(always)]
     fn mask16(self, bits: u32) -> M16 {

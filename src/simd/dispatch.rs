@@ -1,4 +1,9 @@
 //! Kernels and vector loops that are compiled for every SIMD level and dispatched at run time.
+//!
+//! AVX-512 is used without its extensions DQ and BW. Of a comparison that they allow to move to a mask, LLVM 22 makes an instruction that
+//! reaches the first sixteen registers alone, whichever register the vector is in: the code would read another one. Windows has
+//! few others that a function may use as it likes, and there pictures had wrong pixels. Source:
+//! <https://github.com/llvm/llvm-project/issues/191304>.
 
 #[cfg(target_arch = "aarch64")]
 use super::neon::Neon;
@@ -34,7 +39,7 @@ impl Dispatch for Avx2 {
 impl Dispatch for Avx512 {
     #[inline]
     fn dispatch(self, task: impl VectorLoop) {
-        #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+        #[target_feature(enable = "avx512f,avx512vl,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
         fn avx512(task: impl VectorLoop) {
             task.run();
         }
@@ -85,7 +90,7 @@ macro_rules! kernel {
                 $call
             }
             #[cfg(target_arch = "x86_64")]
-            #[target_feature(enable = "avx512f,avx512vl,avx512dq,avx512bw,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
+            #[target_feature(enable = "avx512f,avx512vl,avx2,fma,bmi1,bmi2,lzcnt,popcnt")]
             fn avx512($($arg: $ty),*) $(-> $answer)? {
                 // SAFETY: this function enables the instructions.
                 let $level = unsafe { $crate::simd::avx512::Avx512::new() };

@@ -48,12 +48,7 @@ impl IsaKind {
                 .iter()
                 .all(|name| detected(name)),
             #[cfg(target_arch = "x86_64")]
-            Self::Avx512 => {
-                Self::Avx2.is_available()
-                    && ["avx512f", "avx512vl", "avx512dq", "avx512bw"]
-                        .iter()
-                        .all(|n| detected(n))
-            }
+            Self::Avx512 => Self::Avx2.is_available() && ["avx512f", "avx512vl"].iter().all(|name| detected(name)),
             #[cfg(target_arch = "aarch64")]
             Self::Neon => true,
         }
@@ -72,8 +67,6 @@ fn detected(feature: &str) -> bool {
         "popcnt" => is_x86_feature_detected!("popcnt"),
         "avx512f" => is_x86_feature_detected!("avx512f"),
         "avx512vl" => is_x86_feature_detected!("avx512vl"),
-        "avx512dq" => is_x86_feature_detected!("avx512dq"),
-        "avx512bw" => is_x86_feature_detected!("avx512bw"),
         _ => false,
     }
 }

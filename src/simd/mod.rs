@@ -1,7 +1,7 @@
 //! Vectors of floats for every SIMD level.
 //!
 //! A kernel is written once, over `lanes::SimdLevel`, and compiled for every level: `portable`,
-//! `avx2` (with FMA) and `avx512` (F, VL, DQ, BW) of x86-64, and `neon` of 64-bit ARM. The level is detected at run time ([`Isa`]). All
+//! `avx2` (with FMA) and `avx512` (F, VL) of x86-64, and `neon` of 64-bit ARM. The level is detected at run time ([`Isa`]). All
 //! levels give the same bits if no operation that affects a result is fused.
 //!
 //! The unsafe code in this module uses only instructions that [`Isa`] has detected.
