@@ -417,3 +417,23 @@ fn instances_of_parts_and_of_resumed_jobs_are_those_of_one_job() {
         }
     }
 }
+
+#[test]
+fn cameras_that_go_through_csv_and_colmap_keep_their_lenses_and_frames() {
+    let folder = Folder::new();
+    folder.write("s.toml", SCENE);
+    let poses = "-2,0,1,4,0,0,0,50\n-1,0,2,4,0,0,0,50\n0,0,1,5,0,0,0,50\n";
+    folder.write(
+        "a.csv",
+        &format!("frame,eye_x,eye_y,eye_z,target_x,target_y,target_z,fov\n{poses}"),
+    );
+    folder.succeed(&["convert-camera", "a.csv", "sparse", "--resolution", "32x24"]);
+    folder.succeed(&["convert-camera", "sparse", "b.csv"]);
+    let rows = String::from_utf8(folder.read("b.csv")).expect("UTF-8");
+    let frames: Vec<&str> = rows.lines().skip(1).filter_map(|row| row.split(',').next()).collect();
+    assert_eq!(frames, ["-2", "-1", "0"]);
+    for (path, out) in [("sparse", "x.####.exr"), ("b.csv", "y.####.exr")] {
+        folder.succeed(&["s.toml", "--frames", path, "--range", "0", "--samples", "1", "-o", out]);
+    }
+    folder.succeed(&["compare", "x.0000.exr", "y.0000.exr"]);
+}

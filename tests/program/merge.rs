@@ -138,7 +138,7 @@ fn crops_that_do_not_make_the_frame_are_refused_by_name() {
         (
             65,
             &["m.exr", "crop0.exr", "crop1.png"],
-            "the file is incomplete or altered: crop1.png",
+            "the file is png, and the merged one exr: merge files of one format: crop1.png",
         ),
         (
             65,

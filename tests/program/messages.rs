@@ -162,3 +162,21 @@ fn messages_name_what_is_to_be_changed() {
         "{said}"
     );
 }
+
+#[test]
+fn negative_values_are_joined_to_their_options() {
+    let folder = Folder::new();
+    for (args, joined) in [
+        (&["s.toml", "--samples", "-1"][..], "--samples=-1"),
+        (&["s.toml", "--seed", "-1.5"], "--seed=-1.5"),
+        (&["compare", "a", "b", "--tolerance", "-1"], "--tolerance=-1"),
+    ] {
+        let said = folder.fail(2, args);
+        assert!(
+            said.contains(&format!("as {joined}\n")) && !said.contains("tip:"),
+            "{said}"
+        );
+    }
+    // A name of a file that begins so is one behind `--`, as others.
+    assert!(folder.fail(2, &["-1"]).contains("use '-- -1'"));
+}

@@ -14,6 +14,7 @@ pub fn trials() -> Vec<Trial> {
             "a full disk ends the job at once and leaves complete files only",
             full_disk,
         ),
+        trial!("a full disk ends a job that keeps sums at once", full_disk_of_sums),
         trial!(
             "a full disk leaves all scripts of a farm as they were",
             full_disk_of_scripts
@@ -64,6 +65,25 @@ fn full_disk() -> Result<(), Failed> {
         |_, _| (),
         |_, _, _: (f32, f32, f32, f32)| (),
     )?;
+    Ok(())
+}
+
+fn full_disk_of_sums() -> Result<(), Failed> {
+    let folder = Folder::new();
+    folder.write("s.toml", SMALL_SCENE);
+    folder.write("path.csv", SMALL_PATH);
+    let script = format!(
+        "{} s.toml --frames path.csv --resolution 100x100 --samples 4 --keep-sums --progress none -o disk/f.####.exr",
+        env!("CARGO_BIN_EXE_batch-render")
+    );
+    let output = on_small_disk(&folder, &script)?;
+    let message = stderr(&output);
+    assert_eq!(output.status.code(), Some(74), "{message}");
+    let of_first = "error: cannot write output: No space left on device (os error 28): disk/f.0001.exr.sums";
+    assert!(
+        message.starts_with(of_first) && !message.contains("f.0002"),
+        "{message}"
+    );
     Ok(())
 }
 

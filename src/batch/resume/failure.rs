@@ -49,7 +49,10 @@ impl FrameError {
 
 impl From<Error> for FrameError {
     fn from(cause: Error) -> Self {
-        Self::Scene(Box::new(cause))
+        match cause {
+            Error::Output(cause) => Self::Output(cause),
+            other => Self::Scene(Box::new(other)),
+        }
     }
 }
 
