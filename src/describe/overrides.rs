@@ -192,14 +192,11 @@ impl Overrides {
     }
 }
 
-/// The value of a text: a number if it can be read as one. Digits alone that are too many stay text, as messages show them.
+/// The value of a text: a number if it can be read as one.
 pub fn number_or_text(text: &str) -> toml::Value {
-    let number = text.parse::<i64>().ok().map(toml::Value::from);
-    let is_whole = text.bytes().all(|b| b.is_ascii_digit());
-    let real = || text.parse::<f64>().ok().filter(|_| !is_whole);
-    number
-        .or_else(|| real().map(toml::Value::from))
-        .unwrap_or_else(|| text.into())
+    let number = text.parse::<i64>().map(toml::Value::from);
+    let number = number.or_else(|_| text.parse::<f64>().map(toml::Value::from));
+    number.unwrap_or_else(|_| text.into())
 }
 
 /// Sets the key at this path below `table`, and makes the tables that are missing on the way.

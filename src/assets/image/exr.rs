@@ -68,8 +68,7 @@ pub(super) fn decode(bytes: &[u8], halvings: u32, memory: &MemoryBudget) -> Resu
     })
 }
 
-/// Decodes the pixels of a file over the data window of its picture. Returns the window as well: its first column and row in the
-/// display window, and the numbers of its columns and rows; and the size of the display window.
+/// Decodes the pixels of a file over the data window of its picture, and returns the place of that window.
 pub(super) fn decode_data(bytes: &[u8], memory: &MemoryBudget) -> Result<(Bitmap, PictureWindow), ImageProblem> {
     check_header(bytes, memory)?;
     let (layer, shown, attributes) = chosen(bytes)?;
