@@ -108,12 +108,14 @@ pub struct DirectLight<C, P> {
 
 /// The number in `[0, 1)` that selects the lights of the vertex.
 #[inline(always)]
-fn light_choice(context: &VertexContext<'_>) -> f32 {
+fn light_choice(context: &VertexContext<'_>) -> f64 {
     if !context.scene.lights.has_choice() {
         return 0.0;
     }
-    let dimension = Dimension::at(context.path.depth, SampleUse::Selection);
-    context.numbers.get_2d(dimension).x
+    context
+        .numbers
+        .get_third(Dimension::at(context.path.depth, SampleUse::Light))
+        .f64()
 }
 
 /// Adds a shadow ray for a sampled light of each family.
@@ -135,7 +137,7 @@ pub fn sample_direct(
 fn sample_family(
     context: &VertexContext<'_>,
     shading: &ShadingPoint<'_, impl BsdfKind>,
-    (family, uc): (LightFamily, f32),
+    (family, uc): (LightFamily, f64),
     how: &DirectLight<impl Fn(Rgb) -> Rgb, impl Fn(bool) -> ShadowPassage>,
     out: &mut ShadingOutput,
 ) {
@@ -182,7 +184,7 @@ fn sample_light(
     surface: &SurfaceInteraction,
     family: LightFamily,
     receiver: &LightSampleContext,
-    uc: f32,
+    uc: f64,
 ) -> Option<(SampledLight, LightSample)> {
     let (scene, depth) = (context.scene, context.path.depth);
     if (!scene.lights.depends_on_normal(family) || surface.viewed_normal() == receiver.n)

@@ -16,7 +16,7 @@ use crate::{
     kind::kinds,
     light::environment::EnvironmentLight,
     math::{Ray, RayCone, Rgb, Vec3, WorkingSpace},
-    sampler::{PathSampler, SampleUse},
+    sampler::{Draw, PathSampler},
     scene::{
         LightId, LightOrigin, LightSamples, LightSetId, LitWorld, MediumStack, ObjectId, RayKind, Scene,
         SurfaceInteraction,
@@ -209,9 +209,9 @@ pub trait Integrator: Sync + Send {
         batch.shade(self, out);
     }
 
-    /// The uses of random numbers that nearly all vertices at the end of segment `depth` have; they are drawn in batches. A
-    /// vertex may draw numbers for other uses too.
-    fn batched_dimensions(&self, _scene: &Scene, _depth: u32) -> Vec<SampleUse> {
+    /// The random numbers that nearly all vertices at the end of segment `depth` use; they are drawn in batches. A vertex may draw
+    /// others too.
+    fn batched_draws(&self, _scene: &Scene, _depth: u32) -> Vec<Draw> {
         Vec::new()
     }
 

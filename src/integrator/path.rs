@@ -51,7 +51,7 @@ use crate::{
     geometry::Hit,
     light::environment::EnvironmentLight,
     material::{Emission, EmissionReach},
-    sampler::{Dimension, SampleUse},
+    sampler::{Dimension, Draw, SampleUse},
     scene::{LightFamily, LightOrigin, LightSampleContext, RayKind, Scene, SurfaceInteraction},
     value::{Count, Positive, Problem, Spanned},
 };
@@ -109,22 +109,20 @@ struct KnownSurface<'a> {
 }
 
 impl Integrator for PathTracer {
-    fn batched_dimensions(&self, scene: &Scene, depth: u32) -> Vec<SampleUse> {
-        let goes_on = depth < self.limits.max_depth;
-        let drawn = [
-            (
-                SampleUse::Selection,
-                goes_on && (scene.lights.has_choice() || scene.has_lobes()),
-            ),
-            (
-                SampleUse::Light,
-                goes_on && scene.lights.families().any(|f| f != LightFamily::Background),
-            ),
-            (SampleUse::Background, goes_on && scene.lights.background().is_some()),
-            (SampleUse::Bsdf, goes_on),
-            (SampleUse::Roulette, goes_on && depth >= self.limits.roulette_depth),
+    fn batched_draws(&self, scene: &Scene, depth: u32) -> Vec<Draw> {
+        if depth >= self.limits.max_depth {
+            return Vec::new();
+        }
+        let has_lamps = scene.lights.families().any(|f| f != LightFamily::Background);
+        let (has_background, has_roulette) = (scene.lights.background().is_some(), depth >= self.limits.roulette_depth);
+        let draw = |sample_use, third| Draw { sample_use, third };
+        let draws = [
+            has_lamps.then(|| draw(SampleUse::Light, scene.lights.has_choice())),
+            has_background.then(|| draw(SampleUse::Background, false)),
+            Some(draw(SampleUse::Bsdf, scene.has_lobes())),
+            has_roulette.then(|| draw(SampleUse::Roulette, false)),
         ];
-        drawn.into_iter().filter(|(_, drawn)| *drawn).map(|(p, _)| p).collect()
+        draws.into_iter().flatten().collect()
     }
 
     fn shade_batch(&self, batch: &VertexBatch<'_>, out: &mut ShadingOutput) {
@@ -210,8 +208,8 @@ impl PathTracer {
         let choice = || {
             context
                 .numbers
-                .get_2d(Dimension::at(path.depth, SampleUse::Selection))
-                .y
+                .get_third(Dimension::at(path.depth, SampleUse::Bsdf))
+                .f32()
         };
         let bsdf = match known.bsdf {
             Some(bsdf) if !bsdf.disperses() => Cow::Borrowed(bsdf),

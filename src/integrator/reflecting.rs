@@ -198,12 +198,12 @@ impl<'a, B: BsdfBlock> KindBlock<'a, B> {
         };
         (self.scattering.families, self.scattering.folds) = (families, FoldBlock::EMPTY);
         // Not drawn if no BSDF has several lobes.
-        let choices = samples.of(SampleUse::Selection);
+        let choices = samples.thirds_of(SampleUse::Bsdf);
         let (mut lane_choices, mut lane_samples) = ([0.0; LANES], [Sample2D::default(); LANES]);
         for (lane, surface) in surfaces.iter().enumerate().filter(|(_, surface)| is_kind(surface)) {
             let k = first + lane;
             self.scattering.is_set[lane] = self.set(batch, k, surface, max_depth, &mut left[lane]);
-            lane_choices[lane] = choices.map_or(0.0, |choices| choices[k].y);
+            lane_choices[lane] = choices.map_or(0.0, |choices| choices[k].f32());
             lane_samples[lane] = Sample2D {
                 square: squares[k],
                 disk: disks[k],

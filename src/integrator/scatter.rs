@@ -86,8 +86,8 @@ impl Scatter<'_, '_> {
         let uc = if bsdf.has_lobes() {
             context
                 .numbers
-                .get_2d(Dimension::at(path.depth, SampleUse::Selection))
-                .y
+                .get_third(Dimension::at(path.depth, SampleUse::Bsdf))
+                .f32()
         } else {
             0.0
         };

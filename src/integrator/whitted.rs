@@ -235,7 +235,7 @@ impl ShadedPoint<'_, '_> {
             return;
         }
         let receiver = LightSampleContext { p, n: self.n };
-        let u = context.numbers.get_2d(Dimension::at(depth, SampleUse::Selection)).x;
+        let u = context.numbers.get_third(Dimension::at(depth, SampleUse::Light)).f64();
         let Some(choice) = scene.lights.choose_emitter(scene.geometry.accel.simd(), &receiver, u) else {
             return;
         };

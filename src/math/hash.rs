@@ -105,6 +105,12 @@ pub const fn unit_f32(x: u32) -> f32 {
     (x >> 8) as f32 * (1.0 / 16_777_216.0)
 }
 
+/// A number in `[0, 1)` from all bits of `x`.
+#[inline]
+pub const fn unit_f64(x: u32) -> f64 {
+    x as f64 * (1.0 / 4_294_967_296.0)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -112,7 +118,7 @@ mod tests {
     #[test]
     fn unit_numbers_stay_below_one() {
         assert_eq!(unit_f32(0), 0.0);
-        assert!(unit_f32(u32::MAX) < 1.0);
+        assert!(unit_f32(u32::MAX) < 1.0 && unit_f64(u32::MAX) < 1.0);
     }
 
     #[test]

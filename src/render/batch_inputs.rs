@@ -62,7 +62,7 @@ impl BatchInputs {
             scene.sample_background(on, numbers, &mut self.lights);
         }
         if let Some(points) = self.samples.of(SampleUse::Light) {
-            let choices = self.samples.of(SampleUse::Selection);
+            let choices = self.samples.thirds_of(SampleUse::Light);
             let numbers = LightNumbers {
                 choices: choices.filter(|_| scene.lights.has_choice()),
                 points,

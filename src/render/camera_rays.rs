@@ -3,7 +3,7 @@
 use super::{Content, context::RenderContext, schedule::BlockSpec};
 use crate::{
     math::{Ray, Vec2},
-    sampler::{Dimension, SampleKeys},
+    sampler::{Dimension, SampleKeys, UnitBits},
 };
 
 /// The camera rays of a row of pixels, whose samples are adjacent, or of listed samples.
@@ -15,6 +15,8 @@ pub(super) struct CameraRays {
     pub film: Vec<Vec2>,
     keys: SampleKeys,
     u: Vec<Vec2>,
+    /// The time of each sample, as a fraction of the shutter.
+    times: Vec<UnitBits>,
     /// The random numbers for the lens, of each sample.
     lens: Vec<Vec2>,
 }
@@ -62,14 +64,14 @@ impl CameraRays {
         let camera = context.frame_camera;
         if context.camera_moves && (spread || !camera.readout().is_global()) {
             if spread {
-                sampler.fill_2d(context.simd, &self.keys, Dimension::TIME, &mut self.u);
+                sampler.fill_3d(context.simd, &self.keys, Dimension::FILM, &mut self.u, &mut self.times);
             } else {
-                self.u.clear();
-                self.u.resize(self.keys.len(), Vec2::ZERO);
+                self.times.clear();
+                self.times.resize(self.keys.len(), UnitBits::default());
             }
             let pixels = self.keys.columns.iter().zip(&self.keys.rows);
-            for (((time, film), lens), (x, y)) in self.u.iter().zip(&self.film).zip(&self.lens).zip(pixels) {
-                let time = camera.time_of_pixel(f64::from(time.x), [*x as i32, *y as i32], settings.resolution);
+            for (((time, film), lens), (x, y)) in self.times.iter().zip(&self.film).zip(&self.lens).zip(pixels) {
+                let time = camera.time_of_pixel(time.f64(), [*x as i32, *y as i32], settings.resolution);
                 let ray = camera.cameras().at(time).ray(*film, *lens);
                 rays.push(ray.unwrap_or(Ray::NONE));
             }

@@ -136,8 +136,8 @@ impl RenderContext<'_> {
     pub fn sample_albedo(&self, surface: &SurfaceInteraction, path: &PathState, numbers: &PathSampler<'_>) -> Rgb {
         self.scene.sample_albedo(surface, path.last.media, || {
             let at = |sample_use| Dimension::at(path.depth, sample_use);
-            let selection = numbers.get_2d(at(SampleUse::Selection));
-            (selection.y, numbers.get_sample_2d(at(SampleUse::Bsdf)))
+            let bsdf = at(SampleUse::Bsdf);
+            (numbers.get_third(bsdf).f32(), numbers.get_sample_2d(bsdf))
         })
     }
 }

@@ -328,7 +328,7 @@ impl Wave {
         let Some(depth) = self.paths.first().map(|path| path.depth) else {
             return;
         };
-        let uses = context.integrator.batched_dimensions(context.scene, depth);
+        let draws = context.integrator.batched_draws(context.scene, depth);
         let Self {
             rays,
             paths,
@@ -380,7 +380,7 @@ impl Wave {
             let sampler = &context.settings.sampler;
             inputs
                 .samples
-                .generate(context.simd, sampler, &inputs.keys, dimension, &uses);
+                .generate(context.simd, sampler, &inputs.keys, dimension, &draws);
             inputs.blacken_backs(context.scene);
             if context.scene.shading.has_mixtures() {
                 inputs.choose_materials(context, Dimension::mixture(depth));

@@ -11,7 +11,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Dimension, SampleKey, SampleKeys};
+use super::{Dimension, SampleKey, SampleKeys, UnitBits};
 use crate::{
     math::{
         Dispatch, Vec2,
@@ -38,14 +38,34 @@ impl Independent {
     /// Returns two random numbers in `[0, 1)`.
     #[inline]
     pub fn get_2d(self, key: &SampleKey, dimension: Dimension) -> Vec2 {
-        let picture = mix32(key.seed) ^ (key.frame as u32).wrapping_mul(0x9e37_79b9);
-        let [a, b, _, _] = pcg4d([key.pixel[0] ^ mix32(picture), key.pixel[1], key.sample, dimension.0]);
-        Vec2::new(unit_f32(a), unit_f32(b))
+        self.get_3d(key, dimension).0
     }
 
-    /// Replaces the contents of `out` with the numbers of all `keys`.
-    pub fn fill_2d(self, _on: impl Dispatch, keys: &SampleKeys, dimension: Dimension, out: &mut Vec<Vec2>) {
-        out.clear();
-        out.extend((0..keys.len()).map(|i| self.get_2d(&keys.get(i), dimension)));
+    /// Returns the same two numbers and a third one.
+    #[inline]
+    pub fn get_3d(self, key: &SampleKey, dimension: Dimension) -> (Vec2, UnitBits) {
+        let picture = mix32(key.seed) ^ (key.frame as u32).wrapping_mul(0x9e37_79b9);
+        let [a, b, c, _] = pcg4d([key.pixel[0] ^ mix32(picture), key.pixel[1], key.sample, dimension.0]);
+        (Vec2::new(unit_f32(a), unit_f32(b)), UnitBits(c))
+    }
+
+    /// Replaces the contents of `pairs` with two numbers for each of `keys`.
+    pub fn fill_2d(self, _on: impl Dispatch, keys: &SampleKeys, dimension: Dimension, pairs: &mut Vec<Vec2>) {
+        pairs.clear();
+        pairs.extend((0..keys.len()).map(|i| self.get_2d(&keys.get(i), dimension)));
+    }
+
+    /// Replaces the contents of `pairs` and `thirds` with the numbers of all `keys`.
+    pub fn fill_3d(
+        self,
+        on: impl Dispatch,
+        keys: &SampleKeys,
+        dimension: Dimension,
+        pairs: &mut Vec<Vec2>,
+        thirds: &mut Vec<UnitBits>,
+    ) {
+        self.fill_2d(on, keys, dimension, pairs);
+        thirds.clear();
+        thirds.extend((0..keys.len()).map(|i| self.get_3d(&keys.get(i), dimension).1));
     }
 }

@@ -9,6 +9,7 @@ use crate::{
     kind::{kinds, named},
     math::{
         Dispatch, Vec2,
+        hash::{unit_f32, unit_f64},
         warp::{self, Sample2D},
     },
     value::Problem,
@@ -98,21 +99,19 @@ impl SampleKeys {
     }
 }
 
-/// A pair of dimensions of a sample.
+/// Three dimensions of a sample: a pair of numbers, and a third one, which is well distributed together with them.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Dimension(pub u32);
 
 impl Dimension {
-    /// Position on the film.
+    /// Position on the film; the third number is the time between the shutter's opening and closing.
     pub const FILM: Self = Self(0);
     /// Position on the lens.
     pub const LENS: Self = Self(1);
-    /// Time between the shutter's opening and closing (x).
-    pub const TIME: Self = Self(2);
 
     /// Returns the dimensions of a use at the vertex that ends segment `depth`, 1 for a camera ray.
     pub const fn at(depth: u32, sample_use: SampleUse) -> Self {
-        Self(3 + SampleUse::COUNT * (depth - 1) + sample_use as u32)
+        Self(2 + SampleUse::COUNT * (depth - 1) + sample_use as u32)
     }
 
     /// Returns the dimension that chooses a material of a mixture at the vertex that ends segment `depth` (x). These dimensions lie
@@ -133,11 +132,9 @@ impl Dimension {
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum SampleUse {
-    /// Selection of a light (x) and of a lobe (y).
-    Selection,
-    /// Point on a lamp or a sun.
+    /// Point on a lamp or a sun; the third number selects the light.
     Light,
-    /// Direction of the lobe.
+    /// Direction of a lobe; the third number selects the lobe.
     Bsdf,
     /// Russian roulette (x).
     Roulette,
@@ -146,16 +143,36 @@ pub enum SampleUse {
 }
 
 impl SampleUse {
-    const COUNT: u32 = 5;
+    const COUNT: u32 = 4;
 
     /// All uses, in the order of their dimensions.
-    pub const ALL: [Self; Self::COUNT as usize] = [
-        Self::Selection,
-        Self::Light,
-        Self::Bsdf,
-        Self::Roulette,
-        Self::Background,
-    ];
+    pub const ALL: [Self; Self::COUNT as usize] = [Self::Light, Self::Bsdf, Self::Roulette, Self::Background];
+}
+
+/// A uniform number in `[0, 1)` of 32 bits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct UnitBits(pub u32);
+
+impl UnitBits {
+    /// The number, rounded down.
+    #[inline(always)]
+    pub const fn f32(self) -> f32 {
+        unit_f32(self.0)
+    }
+
+    /// The number with all its bits, for choices among very many.
+    #[inline(always)]
+    pub const fn f64(self) -> f64 {
+        unit_f64(self.0)
+    }
+}
+
+/// Numbers that are drawn for all vertices of a batch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub struct Draw {
+    pub sample_use: SampleUse,
+    /// Whether the third number is drawn, too.
+    pub third: bool,
 }
 
 /// The random numbers of one path.
@@ -179,6 +196,15 @@ impl PathSampler<'_> {
         }
     }
 
+    /// Returns the third number of the dimension.
+    #[inline]
+    pub fn get_third(&self, dimension: Dimension) -> UnitBits {
+        match self.batch.get_thirds(dimension) {
+            Some(thirds) => thirds[self.index],
+            None => self.sampler.get_3d(&self.keys.get(self.index), dimension).1,
+        }
+    }
+
     /// Returns two random numbers in `[0, 1)` for a direction, with their point on the unit disk.
     #[inline]
     pub fn get_sample_2d(&self, dimension: Dimension) -> Sample2D {
@@ -198,14 +224,16 @@ pub struct SampleBatch {
     /// The first dimension of the vertices, and the numbers of the dimensions from there on.
     first: u32,
     pairs: [Vec<Vec2>; SampleUse::COUNT as usize],
+    thirds: [Vec<UnitBits>; SampleUse::COUNT as usize],
     /// The points on the unit disk of the numbers for directions.
     disks: Vec<Vec2>,
-    /// One bit for each dimension that was generated.
+    /// One bit for each dimension whose pairs were generated, and whose third numbers were.
     generated: u8,
+    generated_thirds: u8,
 }
 
 impl SampleBatch {
-    /// Generates the numbers of `uses` for all samples in `keys`, at vertices whose first dimension
+    /// Generates the numbers of `draws` for all samples in `keys`, at vertices whose first dimension
     /// is `first`.
     pub fn generate(
         &mut self,
@@ -213,14 +241,20 @@ impl SampleBatch {
         sampler: &Sampler,
         keys: &SampleKeys,
         first: Dimension,
-        uses: &[SampleUse],
+        draws: &[Draw],
     ) {
         self.first = first.0;
-        self.generated = 0;
-        for &sample_use in uses {
+        self.clear();
+        for &Draw { sample_use, third } in draws {
             let k = sample_use as u32;
             self.generated |= 1 << k;
-            sampler.fill_2d(on, keys, Dimension(first.0 + k), &mut self.pairs[k as usize]);
+            let (dimension, pairs) = (Dimension(first.0 + k), &mut self.pairs[k as usize]);
+            if third {
+                self.generated_thirds |= 1 << k;
+                sampler.fill_3d(on, keys, dimension, pairs, &mut self.thirds[k as usize]);
+            } else {
+                sampler.fill_2d(on, keys, dimension, pairs);
+            }
             if sample_use == SampleUse::Bsdf {
                 warp::squares_to_disk(on, &self.pairs[k as usize], &mut self.disks);
             }
@@ -229,7 +263,12 @@ impl SampleBatch {
 
     /// Clears the batch.
     pub fn clear(&mut self) {
-        self.generated = 0;
+        (self.generated, self.generated_thirds) = (0, 0);
+    }
+
+    /// Returns the third numbers of a use at the vertices, if they were generated.
+    pub fn thirds_of(&self, sample_use: SampleUse) -> Option<&[UnitBits]> {
+        self.get_thirds(Dimension(self.first + sample_use as u32))
     }
 
     /// Returns the numbers of a use at the vertices, if they were generated.
@@ -248,6 +287,13 @@ impl SampleBatch {
         let i = dimension.0.wrapping_sub(self.first);
         (i < SampleUse::COUNT && self.generated >> i & 1 == 1).then(|| &*self.pairs[i as usize])
     }
+
+    /// Returns the third numbers of `dimension`, if they were generated.
+    #[inline]
+    fn get_thirds(&self, dimension: Dimension) -> Option<&[UnitBits]> {
+        let i = dimension.0.wrapping_sub(self.first);
+        (i < SampleUse::COUNT && self.generated_thirds >> i & 1 == 1).then(|| &*self.thirds[i as usize])
+    }
 }
 
 kinds! {
@@ -261,8 +307,12 @@ kinds! {
     compiled by fn compile(&self, samples: u32) -> Result<Sampler, Problem>;
     /// Returns two random numbers in `[0, 1)`.
     fn get_2d(&self, key: &SampleKey, dimension: Dimension) -> Vec2;
-    /// Replaces the contents of `out` with the numbers of all `keys`.
-    fn fill_2d(&self, on: impl Dispatch, keys: &SampleKeys, dimension: Dimension, out: &mut Vec<Vec2>);
+    /// Returns the same two numbers and the third one.
+    fn get_3d(&self, key: &SampleKey, dimension: Dimension) -> (Vec2, UnitBits);
+    /// Replaces the contents of `pairs` with two numbers for each of `keys`.
+    fn fill_2d(&self, on: impl Dispatch, keys: &SampleKeys, dimension: Dimension, pairs: &mut Vec<Vec2>);
+    /// Replaces the contents of `pairs` and `thirds` with the numbers of all `keys`.
+    fn fill_3d(&self, on: impl Dispatch, keys: &SampleKeys, dimension: Dimension, pairs: &mut Vec<Vec2>, thirds: &mut Vec<UnitBits>);
 }
 
 impl Sampler {

@@ -13,29 +13,31 @@
 //!
 //! # Implementation
 //!
-//! Each pair of dimensions is the two-dimensional Sobol sequence, a (0,2)-sequence in base 2, under an Owen scramble of its
-//! own. All pixels share that sequence: a pixel has a run of 2^k of its points, `k` the logarithm of the samples of a pixel,
+//! Each three dimensions are the three-dimensional Sobol sequence, a (1,3)-sequence in base 2, under an Owen scramble of their own;
+//! the first two of them are a (0,2)-sequence. Where a number selects a light or a lobe, it is the third one beside the two that
+//! choose a point of the light or a direction: those of each light are well distributed, too. All pixels share that sequence: a pixel has a run of 2^k of its points, `k` the logarithm of the samples of a pixel,
 //! rounded up, and runs follow each other in Morton order of the pixels, the four quarters of each square of the
 //! hierarchy in a random order. The samples of a run are shuffled within it in the same nested way.
 //!
-//! Every pair of dimensions has these properties:
+//! The first two of the dimensions have these properties:
 //! * Any `2^j` samples of a pixel from a multiple of `2^j` on (`j <= k`), so the first `2^j` too, are one in each elementary
 //!   interval: each of the boxes of `2^-i` by `2^-(j-i)` has one. Other numbers of samples are made of such runs.
 //! * So are all samples of each square of `2^m` by `2^m` pixels in the hierarchy: where the picture is smooth, the errors of
 //!   neighbours cancel. This is at its best once all samples are taken, and for powers of two.
-//! * Different pairs are independent of each other, by their scrambles and shuffles.
+//! * They are independent of other ones, by their scrambles and shuffles.
 //!
 //! Up to 65,536 samples of a pixel are one run; more come in independent runs. Pixels further apart than 256 (65,536 samples
 //! of each) to 65,536 (one) are independent of each other.
 //!
 //! Source: Owen, "Randomly Permuted (t,m,s)-Nets and (t,s)-Sequences", 1995,
-//! doi:10.1007/978-1-4612-2552-2_19; Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4),
+//! doi:10.1007/978-1-4612-2552-2_19; for the third coordinate Niederreiter, "Low-Discrepancy and Low-Dispersion Sequences", Journal
+//! of Number Theory 30(1), 1988, doi:10.1016/0022-314X(88)90025-X; Burley, "Practical Hash-based Owen Scrambling", JCGT 9(4),
 //! 2020; Ahmed and Wonka, "Screen-Space Blue-Noise Diffusion of Monte Carlo Sampling Error via
 //! Hierarchical Ordering of Pixels", ACM TOG 39(6), 2020, doi:10.1145/3414685.3417881.
 
 use serde::{Deserialize, Serialize};
 
-use super::{Dimension, SampleKey, SampleKeys};
+use super::{Dimension, SampleKey, SampleKeys, UnitBits};
 use crate::{
     math::{
         Dispatch, Vec2, VectorLoop,
@@ -82,26 +84,65 @@ impl Sobol {
     /// Returns two random numbers in `[0, 1)`.
     #[inline]
     pub fn get_2d(self, key: &SampleKey, dimension: Dimension) -> Vec2 {
-        self.point(self.seeds(key, dimension), key.pixel, key.sample)
+        let seeds = self.seeds(key, dimension);
+        seeds.first_two(self.index(&seeds, key.pixel, key.sample))
     }
 
-    /// Replaces the contents of `out` with the numbers of all `keys`.
-    pub fn fill_2d(self, on: impl Dispatch, keys: &SampleKeys, dimension: Dimension, out: &mut Vec<Vec2>) {
-        out.clear();
+    /// Returns the same two numbers and a third one.
+    #[inline]
+    pub fn get_3d(self, key: &SampleKey, dimension: Dimension) -> (Vec2, UnitBits) {
+        let seeds = self.seeds(key, dimension);
+        let index = self.index(&seeds, key.pixel, key.sample);
+        (seeds.first_two(index), seeds.third(index))
+    }
+
+    /// Replaces the contents of `pairs` with two numbers for each of `keys`.
+    pub fn fill_2d(self, on: impl Dispatch, keys: &SampleKeys, dimension: Dimension, pairs: &mut Vec<Vec2>) {
+        pairs.clear();
+        self.fill(on, keys, dimension, pairs, &mut []);
+    }
+
+    /// Replaces the contents of `pairs` and `thirds` with the numbers of all `keys`.
+    pub fn fill_3d(
+        self,
+        on: impl Dispatch,
+        keys: &SampleKeys,
+        dimension: Dimension,
+        pairs: &mut Vec<Vec2>,
+        thirds: &mut Vec<UnitBits>,
+    ) {
+        pairs.clear();
+        thirds.clear();
+        thirds.resize(keys.len(), UnitBits::default());
+        self.fill(on, keys, dimension, pairs, thirds);
+    }
+
+    /// Appends the first two numbers of all `keys` to `pairs`, and writes the third ones to `thirds`, which may be empty.
+    fn fill(
+        self,
+        on: impl Dispatch,
+        keys: &SampleKeys,
+        dimension: Dimension,
+        pairs: &mut Vec<Vec2>,
+        thirds: &mut [UnitBits],
+    ) {
         if keys.is_empty() {
             return;
         }
         if self.share_sequence(keys) {
-            out.resize(keys.len(), Vec2::ZERO);
-            let seeds = self.seeds(&keys.get(0), dimension);
+            pairs.resize(keys.len(), Vec2::ZERO);
             on.dispatch(Points {
                 sobol: self,
-                seeds,
+                seeds: self.seeds(&keys.get(0), dimension),
                 keys,
-                out,
+                pairs,
+                thirds,
             });
         } else {
-            out.extend((0..keys.len()).map(|i| self.get_2d(&keys.get(i), dimension)));
+            pairs.extend((0..keys.len()).map(|i| self.get_2d(&keys.get(i), dimension)));
+            for (i, third) in thirds.iter_mut().enumerate() {
+                *third = self.get_3d(&keys.get(i), dimension).1;
+            }
         }
     }
 
@@ -114,24 +155,20 @@ impl Sobol {
         same(&keys.columns, self.levels) && same(&keys.rows, self.levels) && same(&keys.samples, self.sample_bits)
     }
 
-    /// Returns the point of a sample in the sequence with these seeds.
+    /// Returns the index of a sample's point in the sequence with these seeds.
     #[inline(always)]
-    fn point(self, [order, axes, scramble_x, scramble_y]: [u32; 4], pixel: [u32; 2], sample: u32) -> Vec2 {
+    fn index(self, seeds: &Seeds, pixel: [u32; 2], sample: u32) -> u32 {
         let sample = sample & ((1 << self.sample_bits) - 1);
         // The lowest bits are the coarsest level, whose digits decide about those above them.
         let pixel = morton_reversed(pixel) >> (32 - 2 * self.levels);
-        let pixel = permute_axes(pixel, axes);
+        let pixel = permute_axes(pixel, seeds.axes);
         let run = pixel << (32 - self.sample_bits - 2 * self.levels);
-        let index = owen_reversed(run | sample.reverse_bits(), order).reverse_bits();
-        // With its bits reversed, the first coordinate of a Sobol point is its index.
-        let x = owen_reversed(index, scramble_x);
-        let y = owen_reversed(second_coordinate_reversed(index), scramble_y);
-        Vec2::new(unit_f32(x.reverse_bits()), unit_f32(y.reverse_bits()))
+        owen_reversed(run | sample.reverse_bits(), seeds.order).reverse_bits()
     }
 
-    /// Four random words, each pair of them independent, for all points that share a sequence.
+    /// Returns the seeds of all points that share a sequence.
     #[inline]
-    fn seeds(self, key: &SampleKey, dimension: Dimension) -> [u32; 4] {
+    fn seeds(self, key: &SampleKey, dimension: Dimension) -> Seeds {
         let picture = mix32(key.seed) ^ (key.frame as u32).wrapping_mul(0x9e37_79b9);
         let far = |v: u32| u64::from(v >> self.levels);
         let square = (far(key.pixel[0]) << 32 | far(key.pixel[1])).wrapping_mul(0xd6e8_feb8_6659_fd93);
@@ -139,17 +176,51 @@ impl Sobol {
         let address = (u64::from(picture) << 32 | u64::from(dimension.0)) ^ square ^ run;
         let first = mix64(address);
         let second = (first ^ first >> 29).wrapping_mul(0xe703_7ed1_a0b4_28db);
-        [first as u32, (first >> 32) as u32, second as u32, (second >> 32) as u32]
+        Seeds {
+            order: first as u32,
+            axes: (first >> 32) as u32,
+            scrambles: [second as u32, (second >> 32) as u32, mix32((second >> 16) as u32)],
+        }
+    }
+}
+
+/// The seeds of a sequence, each pair of them independent.
+#[derive(Clone, Copy, Debug)]
+struct Seeds {
+    order: u32,
+    axes: u32,
+    /// Of each coordinate.
+    scrambles: [u32; 3],
+}
+
+impl Seeds {
+    /// Returns the first two coordinates of a point.
+    #[inline(always)]
+    fn first_two(&self, index: u32) -> Vec2 {
+        let [scramble_x, scramble_y, _] = self.scrambles;
+        // With its bits reversed, the first coordinate of a Sobol point is its index.
+        let x = owen_reversed(index, scramble_x);
+        let y = owen_reversed(second_coordinate_reversed(index), scramble_y);
+        Vec2::new(unit_f32(x.reverse_bits()), unit_f32(y.reverse_bits()))
+    }
+
+    /// Returns the third coordinate of a point.
+    #[inline(always)]
+    fn third(&self, index: u32) -> UnitBits {
+        let z = owen_reversed(third_coordinate_reversed(index), self.scrambles[2]);
+        UnitBits(z.reverse_bits())
     }
 }
 
 /// The points of samples that share a sequence.
 struct Points<'a> {
     sobol: Sobol,
-    seeds: [u32; 4],
+    seeds: Seeds,
     keys: &'a SampleKeys,
     /// As long as `keys`.
-    out: &'a mut [Vec2],
+    pairs: &'a mut [Vec2],
+    /// As long as `keys`, or empty.
+    thirds: &'a mut [UnitBits],
 }
 
 impl VectorLoop for Points<'_> {
@@ -159,11 +230,19 @@ impl VectorLoop for Points<'_> {
             sobol,
             seeds,
             keys,
-            out,
+            pairs,
+            thirds,
         } = self;
-        let pixels = keys.columns.iter().zip(&keys.rows);
-        for ((out, (&column, &row)), &sample) in out.iter_mut().zip(pixels).zip(&keys.samples) {
-            *out = sobol.point(seeds, [column, row], sample);
+        let pixels = || keys.columns.iter().zip(&keys.rows).zip(&keys.samples);
+        if thirds.is_empty() {
+            for (pair, ((&column, &row), &sample)) in pairs.iter_mut().zip(pixels()) {
+                *pair = seeds.first_two(sobol.index(&seeds, [column, row], sample));
+            }
+        } else {
+            for ((pair, third), ((&column, &row), &sample)) in pairs.iter_mut().zip(thirds).zip(pixels()) {
+                let index = sobol.index(&seeds, [column, row], sample);
+                (*pair, *third) = (seeds.first_two(index), seeds.third(index));
+            }
         }
     }
 }
@@ -216,10 +295,42 @@ fn second_coordinate_reversed(index: u32) -> u32 {
     v ^ ((v >> 1) & 0x5555_5555)
 }
 
+/// The third coordinate of the Sobol point `index`, its bits reversed, that is its first bit lowest.
+///
+/// The index is a polynomial over GF(2), and its digits in base `p = x^2 + x + 1`, two bits each, are those of the coordinate. As
+/// `p^s = x^2s + x^s + 1` for powers of two, each step divides blocks of 4s bits by `p^s`: of the quarters h, g, b, a of a block, the
+/// highest first, the quotient is h, g + h and the remainder b + g, a + g + h.
+#[inline]
+fn third_coordinate_reversed(index: u32) -> u32 {
+    let mut v = index;
+    v ^= (v >> 8) & 0x00ff_ff00;
+    v ^= (v >> 16) & 0x0000_00ff;
+    v ^= (v >> 4) & 0x0ff0_0ff0;
+    v ^= (v >> 8) & 0x000f_000f;
+    v ^= (v >> 2) & 0x3c3c_3c3c;
+    v ^= (v >> 4) & 0x0303_0303;
+    v ^= (v >> 1) & 0x6666_6666;
+    v ^ ((v >> 2) & 0x1111_1111)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
     use crate::math::Plain;
+
+    #[test]
+    fn the_third_coordinate_has_the_digits_of_its_index_in_base_x2_x_1() {
+        // Horner's rule: times p is times 4, plus times 2, plus itself.
+        let value = |digits: u32| {
+            (0..16).rev().fold(0_u64, |n, i| {
+                let n = n << 2 ^ n << 1 ^ n;
+                n ^ u64::from(digits >> (2 * i) & 3)
+            })
+        };
+        for index in (0..32).map(|bit| 1 << bit).chain((0..100).map(mix32)) {
+            assert_eq!(value(third_coordinate_reversed(index)), u64::from(index));
+        }
+    }
 
     #[test]
     fn the_second_coordinate_has_the_direction_numbers_of_sobol() {
@@ -281,10 +392,13 @@ mod tests {
                 keys.rows.truncate(part.end);
                 keys.samples.truncate(part.end);
                 let (sobol, dimension) = (Sobol::new(samples), Dimension(12));
-                let mut many = Vec::new();
-                sobol.fill_2d(Plain, &keys, dimension, &mut many);
+                let (mut pairs, mut same, mut thirds) = (Vec::new(), Vec::new(), Vec::new());
+                sobol.fill_2d(Plain, &keys, dimension, &mut pairs);
+                sobol.fill_3d(Plain, &keys, dimension, &mut same, &mut thirds);
                 let each: Vec<_> = (0..part.end).map(|i| sobol.get_2d(&keys.get(i), dimension)).collect();
-                assert_eq!(many, each);
+                assert!(pairs == each && same == each);
+                let each: Vec<_> = (0..part.end).map(|i| sobol.get_3d(&keys.get(i), dimension).1).collect();
+                assert_eq!(thirds, each);
             }
         }
     }

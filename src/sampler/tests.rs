@@ -138,11 +138,54 @@ fn the_sobol_points_of_every_square_of_pixels_are_a_net() {
 }
 
 #[test]
+fn any_two_of_the_three_numbers_are_a_net_in_which_each_box_of_two_shares_has_two_points() {
+    // Of the third coordinate two digits belong together: boxes of the volume of two points have two.
+    for samples in [2_u32, 8, 64, 256] {
+        let sobol = Sampler::default_for(samples);
+        for (pixel, dimension) in [([0, 0], BSDF), ([17, 5], LIGHT), ([1919, 1079], BSDF)] {
+            let all: Vec<_> = (0..samples)
+                .map(|s| sobol.get_3d(&key(pixel[0], pixel[1], s), dimension))
+                .map(|(u, third)| u.extend(third.f32()))
+                .collect();
+            for points in (1..=samples.ilog2()).flat_map(|bits| all.chunks(1 << bits)) {
+                let digits = points.len().ilog2() - 1;
+                for (i, j) in (0..=digits).flat_map(|i| (0..=digits - i).map(move |j| (i, j))) {
+                    let sides = [i, j, digits - i - j];
+                    let mut counts = vec![0; points.len() / 2];
+                    for u in points {
+                        let cell = |k: usize| (u[k] * (1_u32 << sides[k]) as f32) as usize;
+                        counts[(cell(0) << j | cell(1)) << sides[2] | cell(2)] += 1;
+                    }
+                    assert!(counts.iter().all(|n| *n == 2), "{sides:?} of {}", points.len());
+                }
+            }
+        }
+    }
+}
+
+#[test]
+fn the_third_number_is_uniform_and_independent_of_those_of_other_dimensions() {
+    for (name, sampler) in samplers(16) {
+        for other in [Dimension::FILM, LIGHT] {
+            let mut cells = [0_u32; 64];
+            for n in 0..16 * 1024 {
+                let k = key(n / 16 % 32, n / 512, n % 16);
+                let ((_, u), (pair, v)) = (sampler.get_3d(&k, BSDF), sampler.get_3d(&k, other));
+                assert_eq!(pair, sampler.get_2d(&k, other), "{name}");
+                cells[(u.f32() * 8.0) as usize * 8 + (v.f64() * 8.0) as usize] += 1;
+            }
+            let chi2: f64 = cells.iter().map(|&n| (f64::from(n) - 256.0).powi(2) / 256.0).sum();
+            assert!(chi2 < 115.0, "{name}: {chi2}");
+        }
+    }
+}
+
+#[test]
 fn different_dimensions_of_a_sample_are_independent() {
     // Sixteen samples, as a path draws them: every cell of a pair of dimensions gets its share,
     // over 1024 pixels.
     for (name, sampler) in samplers(16) {
-        let dimensions = [Dimension::FILM, Dimension::LENS, Dimension::TIME, BSDF, LIGHT];
+        let dimensions = [Dimension::FILM, Dimension::LENS, BSDF, LIGHT];
         for (i, &a) in dimensions.iter().enumerate() {
             for &b in &dimensions[i + 1..] {
                 let pairs: Vec<_> = (0..16 * 1024)

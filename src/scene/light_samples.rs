@@ -6,6 +6,7 @@ use super::{
 use crate::{
     light::{AreaBlock, LightBlock, LightSample},
     math::{Dispatch, Vec2},
+    sampler::UnitBits,
 };
 
 /// Samples of a family's lights for a block of surfaces.
@@ -45,8 +46,8 @@ struct FiniteLights {
 /// The uniform numbers in `[0, 1)` for light sampling, for each surface.
 #[derive(Clone, Copy, Debug)]
 pub struct LightNumbers<'a> {
-    /// The numbers that choose a light (x); `None` if there is no choice.
-    pub choices: Option<&'a [Vec2]>,
+    /// The numbers that choose a light; `None` if there is no choice.
+    pub choices: Option<&'a [UnitBits]>,
     pub points: &'a [Vec2],
 }
 
@@ -185,7 +186,7 @@ impl Scene {
                 p: surface.p,
                 n: surface.viewed_normal(),
             };
-            points[lit] = LightChoice::new(at, numbers.choices.map_or(0.0, |u| u[lane].x));
+            points[lit] = LightChoice::new(at, numbers.choices.map_or(0.0, |u| u[lane].f64()));
             point_lanes[lit] = lane;
             lit += usize::from(is_lit);
         }

@@ -15,11 +15,7 @@ use crate::{
         Light, LightTables, Picture, PictureMap,
         tree::{LightTree, TreeChoice},
     },
-    math::{
-        Dispatch, Rgb, Vec3,
-        block::LANES,
-        hash::{mix32, unit_f32},
-    },
+    math::{Dispatch, Rgb, Vec3, block::LANES},
 };
 
 /// A point whose illumination is sampled.
@@ -57,7 +53,7 @@ pub struct SampledLight {
 pub struct LightChoice {
     pub at: LightSampleContext,
     /// Uniform in `[0, 1)`.
-    u: f32,
+    u: f64,
     /// The light; `None` if none can contribute.
     pub chosen: Option<SampledLight>,
 }
@@ -75,7 +71,7 @@ impl LightChoice {
 
     /// The point `at`, with a uniform number in `[0, 1)`.
     #[inline(always)]
-    pub fn new(at: LightSampleContext, u: f32) -> Self {
+    pub fn new(at: LightSampleContext, u: f64) -> Self {
         Self { at, u, chosen: None }
     }
 }
@@ -308,7 +304,7 @@ impl Lights {
         on: impl Dispatch,
         family: LightFamily,
         at: &LightSampleContext,
-        u: f32,
+        u: f64,
     ) -> Option<SampledLight> {
         let mut point = LightChoice::new(*at, u);
         self.choose_all(on, family, std::slice::from_mut(&mut point));
@@ -339,7 +335,7 @@ impl Lights {
     fn choose_sun(&self, point: &LightChoice) -> Option<SampledLight> {
         let reaching = self.reaching(&point.at);
         let count = reaching.clone().count();
-        let which = ((point.u * count as f32) as usize).min(count.checked_sub(1)?);
+        let which = ((point.u * count as f64) as usize).min(count.checked_sub(1)?);
         let pmf = 1.0 / count as f32;
         reaching.into_iter().nth(which).map(|light| SampledLight { light, pmf })
     }
@@ -354,16 +350,15 @@ impl Lights {
             let Some(pmf_points) = self.pmf_points(at) else {
                 continue;
             };
-            let u = extend_precision(point.u, at.p);
             let rest = 1.0 - pmf_points;
-            let u = if u < pmf_points {
+            let u = if point.u < pmf_points {
                 of_points |= 1 << lane;
                 pmf[lane] = pmf_points;
-                u / pmf_points
+                point.u / pmf_points
             } else {
                 of_surfaces |= 1 << lane;
                 pmf[lane] = rest;
-                ((u - pmf_points) / rest).min(1.0 - f64::EPSILON)
+                ((point.u - pmf_points) / rest).min(1.0 - f64::EPSILON)
             };
             choices[lane] = TreeChoice::new(at.p, at.n, u);
         }
@@ -382,11 +377,11 @@ impl Lights {
     }
 
     /// Selects an emitter for the point `at`, by a uniform number in `[0, 1)`; `None` if none can contribute.
-    pub fn choose_emitter(&self, on: impl Dispatch, at: &LightSampleContext, u: f32) -> Option<SampledLight> {
+    pub fn choose_emitter(&self, on: impl Dispatch, at: &LightSampleContext, u: f64) -> Option<SampledLight> {
         if self.emitter_tree.importance(at.p, at.n) == 0.0 {
             return None;
         }
-        let (light, pmf) = self.emitter_tree.choose(on, at.p, at.n, extend_precision(u, at.p))?;
+        let (light, pmf) = self.emitter_tree.choose(on, at.p, at.n, u)?;
         Some(SampledLight {
             light: self.of_emitter(EmitterId(light)),
             pmf: pmf as f32,
@@ -438,14 +433,6 @@ fn pictures(
 #[inline]
 fn picture(pictures: &[Option<Arc<PictureMap>>], light: LightId) -> Option<&PictureMap> {
     pictures.get(light.0 as usize)?.as_deref()
-}
-
-/// Extends `u` beyond single precision, which a tree of a million lights needs. The extra digits are a hash of the point.
-fn extend_precision(u: f32, p: Vec3) -> f64 {
-    const LAST: f64 = 1.0 / 16_777_216.0;
-    let [x, y, z] = p.to_array().map(f32::to_bits);
-    let digits = unit_f32(mix32(x ^ mix32(y ^ mix32(z ^ u.to_bits()))));
-    f64::from(u) + f64::from(digits) * LAST
 }
 
 #[cfg(test)]

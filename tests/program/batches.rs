@@ -6,7 +6,7 @@ use batch_render::{
     describe::Overrides,
     integrator::{Integrator, ShadingOutput, VertexContext},
     render::{Control, Renderer},
-    sampler::SampleUse,
+    sampler::Draw,
     scene::Scene,
 };
 
@@ -18,8 +18,8 @@ impl Integrator for OneByOne<'_> {
         self.0.vertex(context, out);
     }
 
-    fn batched_dimensions(&self, scene: &Scene, depth: u32) -> Vec<SampleUse> {
-        self.0.batched_dimensions(scene, depth)
+    fn batched_draws(&self, scene: &Scene, depth: u32) -> Vec<Draw> {
+        self.0.batched_draws(scene, depth)
     }
 }
 

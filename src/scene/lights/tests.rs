@@ -120,7 +120,7 @@ pub fn light_sample(
     at: &LightSampleContext,
     [u, v]: [Vec2; 2],
 ) -> Option<(Vec3, f64, f64)> {
-    let choice = scene.lights.choose(Plain, family, at, v.x)?;
+    let choice = scene.lights.choose(Plain, family, at, v.x.into())?;
     let sample = scene.sample_light(choice.light, at.p, u)?;
     let cos = at.n.dot(sample.wi);
     if cos <= 0.0 {
@@ -346,7 +346,7 @@ fn triangles_over_black_texels_are_no_lights() {
     let scene = builder.build(AccelKind::Linear).expect("a scene");
     let mut chosen = [0; 4];
     for i in 0..1000 {
-        let u = (i as f32 + 0.5) / 1000.0;
+        let u = (f64::from(i) + 0.5) / 1000.0;
         let choice = scene.lights.choose(Plain, LightFamily::Finite, &floor(0.0), u);
         chosen[choice.expect("two are lights").light.0 as usize] += 1;
     }

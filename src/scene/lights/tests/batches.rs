@@ -4,6 +4,7 @@ use super::*;
 use crate::{
     light::point::PointLight,
     material::matte::Matte,
+    sampler::UnitBits,
     scene::{LightNumbers, LightSamples, SurfaceInteraction},
 };
 
@@ -74,10 +75,12 @@ fn lamps_for_many_surfaces_are_those_for_single_ones() {
     for scene in &scenes {
         let surfaces = surfaces(scene);
         assert!(surfaces.len() > 400);
-        let [choices, points] = [0, 1].map(|k| {
-            let count = 0..surfaces.len() as u32;
-            count.map(|i| numbers(6, i)[k]).collect::<Vec<_>>()
-        });
+        let count = 0..surfaces.len() as u32;
+        let choices: Vec<_> = count
+            .clone()
+            .map(|i| UnitBits((numbers(6, i)[0].x * 4_294_967_296.0) as u32))
+            .collect();
+        let points: Vec<_> = count.map(|i| numbers(6, i)[1]).collect();
         let mut samples = LightSamples::default();
         let drawn = LightNumbers {
             choices: Some(&choices),
@@ -90,7 +93,7 @@ fn lamps_for_many_surfaces_are_those_for_single_ones() {
                 p: surface.p,
                 n: surface.viewed_normal(),
             };
-            let choice = scene.lights.choose(Plain, LightFamily::Finite, &at, choices[k].x);
+            let choice = scene.lights.choose(Plain, LightFamily::Finite, &at, choices[k].f64());
             let expected = choice.and_then(|c| Some((c, scene.sample_light(c.light, at.p, points[k])?)));
             let sample = samples.get(LightFamily::Finite, k);
             assert_eq!(sample.expect("the ball reflects light"), expected);

@@ -125,7 +125,10 @@ fn lights_of_every_kind_are_chosen_as_often_as_their_probability_says() {
             .into_iter()
             .flat_map(|f| (0..draws).map(move |i| (f, i)))
         {
-            match scene.lights.choose(Plain, family, &at, (i as f32 + 0.5) / draws as f32) {
+            match scene
+                .lights
+                .choose(Plain, family, &at, (f64::from(i) + 0.5) / f64::from(draws))
+            {
                 Some(choice) => {
                     found[choice.light.0 as usize] += 1;
                     assert_eq!(choice.pmf, scene.lights.pmf(&at, choice.light));
@@ -270,7 +273,7 @@ fn among_a_thousand_lamps_the_tree_is_far_less_noisy_than_equal_chances() {
             };
             let choice = scene
                 .lights
-                .choose(Plain, LightFamily::Finite, &at, v.x)
+                .choose(Plain, LightFamily::Finite, &at, v.x.into())
                 .expect("a light");
             tree.add(irradiance(choice.light) / f64::from(choice.pmf));
             chance.add(irradiance(LightId((v.y * 1000.0) as u32)) * 1000.0);
