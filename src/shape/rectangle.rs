@@ -18,7 +18,7 @@ const SMALLEST_SOLID_ANGLE: f64 = 1e-4;
 
 /// Up to this ratio of the squared distances of its farthest and its nearest point, a rectangle is taken by area: that
 /// hardly adds noise, and it takes a tenth of the time.
-const MAX_SPREAD: f64 = 4.0;
+const MAX_SPREAD: f64 = 9.0;
 
 /// A rectangle that is seen from many points.
 #[derive(Clone, Copy, Debug)]
