@@ -21,11 +21,23 @@ pub fn threads(number: Option<u16>) -> Result<rayon::ThreadPool, Error> {
         room_for(usize::from(number)).map_err(|cause| Error::threads(&what, &cause))?;
     }
     rayon::ThreadPoolBuilder::new()
-        .num_threads(usize::from(number.unwrap_or(0)))
+        .num_threads(number.map(usize::from).or_else(allowed_processors).unwrap_or(0))
         .stack_size(STACK)
         .thread_name(|i| format!("render {i}"))
         .build()
         .map_err(|cause| Error::threads(&what, &cause))
+}
+
+/// How many processors the process may use, where the standard library does not know it.
+#[cfg(windows)]
+fn allowed_processors() -> Option<usize> {
+    batch_render::windows::allowed_processors()
+}
+
+/// How many processors the process may use, where the standard library does not know it: nowhere.
+#[cfg(not(windows))]
+fn allowed_processors() -> Option<usize> {
+    None
 }
 
 /// An error if the address space does not hold the stacks of so many threads.

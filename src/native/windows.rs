@@ -3,7 +3,9 @@
 mod console;
 mod files;
 mod memory;
+mod processors;
 
 pub use console::{ConsoleEvent, listen};
 pub use files::file_identity;
-pub use memory::{MachineMemory, ProcessMemory, job_memory_limit};
+pub use memory::{JobMemory, MachineMemory, ProcessMemory};
+pub use processors::allowed_processors;

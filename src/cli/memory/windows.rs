@@ -1,6 +1,6 @@
 //! The memory and the processor time of a process, as Windows tells them.
 
-use batch_render::windows::{MachineMemory, ProcessMemory, job_memory_limit};
+use batch_render::windows::{JobMemory, MachineMemory, ProcessMemory};
 use cpu_time::ProcessTime;
 
 /// Whether the address space of the process has a limit, which Windows does not know.
@@ -11,15 +11,17 @@ pub fn has_limited_addresses() -> bool {
 /// The memory of the machine, or the limit of the process's job, in bytes.
 pub fn total() -> Option<u64> {
     let machine = MachineMemory::now().map(|memory| memory.total);
-    machine.into_iter().chain(job_memory_limit()).min()
+    let of_job = JobMemory::now().into_iter().map(|memory| memory.limit);
+    machine.into_iter().chain(of_job).min()
 }
 
-/// The memory that the process can still allocate, in bytes: the least of the free memory of the machine and the rest of its
-/// job's limit. `None` if the system does not report it.
+/// The memory that the process can still allocate, in bytes: the least of the free memory of the machine and the rests of the
+/// limits of its job. `None` if the system does not report it.
 pub fn free() -> Option<u64> {
     let machine = MachineMemory::now().map(|memory| memory.free);
-    let used = ProcessMemory::now().map_or(0, |memory| memory.committed);
-    let of_job = job_memory_limit().map(|limit| limit.saturating_sub(used));
+    let of_job = JobMemory::now()
+        .into_iter()
+        .map(|memory| memory.limit.saturating_sub(memory.used));
     machine.into_iter().chain(of_job).min()
 }
 

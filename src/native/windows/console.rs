@@ -3,7 +3,7 @@
 use std::{io, sync::OnceLock, thread};
 
 use windows_sys::{
-    Win32::System::Console::{CTRL_BREAK_EVENT, CTRL_C_EVENT, SetConsoleCtrlHandler},
+    Win32::System::Console::{CTRL_BREAK_EVENT, CTRL_C_EVENT, CTRL_LOGOFF_EVENT, SetConsoleCtrlHandler},
     core::BOOL,
 };
 
@@ -14,7 +14,7 @@ pub enum ConsoleEvent {
     Interrupt,
     /// Ctrl-Break.
     Break,
-    /// The console is closed, the user logs off or the machine is shut down. The system ends the process after some seconds.
+    /// The console is closed or the machine is shut down. The system ends the process after some seconds.
     Close,
 }
 
@@ -37,6 +37,8 @@ unsafe extern "system" fn handle(event: u32) -> BOOL {
     match event {
         CTRL_C_EVENT => hear(ConsoleEvent::Interrupt),
         CTRL_BREAK_EVENT => hear(ConsoleEvent::Break),
+        // Only services and what they start get this, whichever user logs off: their jobs go on.
+        CTRL_LOGOFF_EVENT => {}
         _ => {
             hear(ConsoleEvent::Close);
             // The process ends when this function returns.
