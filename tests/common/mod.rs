@@ -69,6 +69,21 @@ impl Folder {
         command
     }
 
+    /// Runs a command that the program printed, in the shell for which it is quoted, and demands success.
+    pub fn run_printed(&self, command: &str) {
+        #[cfg(unix)]
+        let mut shell = Command::new("sh");
+        #[cfg(unix)]
+        shell.args(["-c", command]);
+        #[cfg(windows)]
+        let mut shell = Command::new("cmd");
+        // The command prompt takes the outer quotes away and reads the rest as it is.
+        #[cfg(windows)]
+        std::os::windows::process::CommandExt::raw_arg(shell.arg("/s").arg("/c"), format!("\"{command}\""));
+        let status = shell.current_dir(self.0.path()).status().expect("a shell");
+        assert!(status.success(), "{command}");
+    }
+
     /// Runs the program with these arguments.
     pub fn run(&self, args: &[&str]) -> Output {
         self.program().args(args).output().expect("the program starts")

@@ -233,9 +233,7 @@ fn two_chunks_and_the_command_that_each_prints_equal_the_whole() {
     assert!(facts.ends_with("which are not there: 3 (without 4)."), "{facts}");
     let expected = "denoised by other jobs before the frames beside them were rendered: 3.";
     assert!(others.ends_with(expected) && same == command, "{others}");
-    let mut shell = std::process::Command::new("sh");
-    let status = shell.args(["-c", &command]).current_dir(folder.path("")).status();
-    assert!(status.expect("a shell").success());
+    folder.run_printed(&command);
     assert!((1..=5).all(equals_whole));
     // Nothing is left to be done.
     assert_eq!(chunk("4-5 --skip-existing"), [""; 0]);

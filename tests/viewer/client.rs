@@ -3,7 +3,7 @@
 use std::{
     io::{BufRead, BufReader, Read, Write},
     net::TcpStream,
-    process::{Child, Command, Stdio},
+    process::{Child, Stdio},
     time::Duration,
 };
 
@@ -133,7 +133,7 @@ impl Fly {
     /// Sends SIGINT. Returns the exit code.
     #[cfg(unix)]
     pub fn interrupt(&mut self) -> Option<i32> {
-        let sent = Command::new("kill")
+        let sent = std::process::Command::new("kill")
             .args(["-INT", &self.child.id().to_string()])
             .status();
         assert!(sent.expect("kill runs").success());
