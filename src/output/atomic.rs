@@ -319,7 +319,7 @@ fn create(path: &Path) -> io::Result<(PathBuf, NamedTempFile<File>)> {
         // A plain `open`: tempfile's own would make the file private to the user.
         let file = tempfile::Builder::new()
             .prefix(TEMPORARY_PREFIX)
-            .suffix(TEMPORARY_SUFFIX)
+            .suffix(&format!("{}{TEMPORARY_SUFFIX}", held::MARK))
             .rand_bytes(10)
             .make_in(&folder, held::create)?;
         // Another process may have removed it before it was locked.

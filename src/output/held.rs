@@ -1,13 +1,22 @@
 //! Held files: open files that tell other processes that the one which made them lives, however it ends.
 //!
 //! On Unix a held file is locked. A lock of Windows would keep others from reading the file, so there it is open without leave
-//! for others to write to it.
+//! for others to write to it. In a folder that both share, neither sees whether the other's files are held; their names have a mark
+//! that tells which these are.
 
 use std::{
     fs::{self, File, OpenOptions},
     io,
     path::Path,
+    time::{Duration, SystemTime},
 };
+
+/// The mark in the names of files that are held as on this system, before their suffix.
+pub const MARK: &str = if cfg!(windows) { WINDOWS } else { "" };
+const WINDOWS: &str = ".win";
+
+/// The time without a change after which a file counts as abandoned, if it is held as on another system.
+const LONGEST_SILENCE: Duration = Duration::from_secs(24 * 60 * 60);
 
 /// Creates a file that is held while it is open. Where a network file system has no locks it looks abandoned.
 #[cfg(not(windows))]
@@ -56,7 +65,8 @@ fn open(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
         .open(path)
 }
 
-/// Removes the files of a folder with these beginnings and endings of names which no process holds.
+/// Removes the files of a folder with these beginnings and endings of names which no process holds, and those with the mark of another
+/// system that have not changed for a day.
 pub fn remove_abandoned(folder: &Path, prefix: &str, suffix: &str) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {
@@ -66,12 +76,27 @@ pub fn remove_abandoned(folder: &Path, prefix: &str, suffix: &str) {
         if !is_file || !name.starts_with(prefix) || !name.ends_with(suffix) {
             continue;
         }
+        let is_of_windows = name.rsplit('.').any(|part| part == &WINDOWS[1..]);
+        let is_foreign = is_of_windows != cfg!(windows);
+        if is_foreign && !is_silent(&entry) {
+            continue;
+        }
         // Holding it keeps other processes from using the file.
         if let Ok(Some(_held)) = take(&entry.path()) {
             // Another process may have removed it already.
             let _ = fs::remove_file(entry.path());
         }
     }
+}
+
+/// Whether a file has not changed for [`LONGEST_SILENCE`].
+fn is_silent(entry: &fs::DirEntry) -> bool {
+    let changed = entry.metadata().and_then(|found| found.modified());
+    changed.is_ok_and(|changed| {
+        SystemTime::now()
+            .duration_since(changed)
+            .is_ok_and(|time| time > LONGEST_SILENCE)
+    })
 }
 
 /// Whether an error says that another process has the file open in a way that excludes this one, which Unix does not know.
@@ -88,6 +113,22 @@ mod tests {
     use std::io::Write;
 
     use super::*;
+
+    #[test]
+    fn files_of_another_system_are_abandoned_after_a_day() {
+        let home = tempfile::tempdir().unwrap();
+        let path = |name: &str, mark: &str| home.path().join(format!("p-{name}{mark}.tmp"));
+        let foreign = if cfg!(windows) { "" } else { WINDOWS };
+        for (name, mark) in [("a", MARK), ("a", foreign), ("old", foreign)] {
+            fs::write(path(name, mark), "").unwrap();
+        }
+        let old = File::options().write(true).open(path("old", foreign)).unwrap();
+        old.set_modified(SystemTime::now() - 2 * LONGEST_SILENCE).unwrap();
+        drop(old);
+        remove_abandoned(home.path(), "p-", ".tmp");
+        let left: Vec<_> = fs::read_dir(home.path()).unwrap().flatten().map(|e| e.path()).collect();
+        assert_eq!(left, [path("a", foreign)]);
+    }
 
     #[test]
     fn a_held_file_can_be_read_and_renamed_and_is_taken_once_it_is_closed() {

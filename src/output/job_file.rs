@@ -141,7 +141,7 @@ pub fn create(folder: &Path, text: &str) -> io::Result<JobFile> {
     loop {
         let mut file = tempfile::Builder::new()
             .prefix(TEMPORARY_PREFIX)
-            .suffix(SUFFIX)
+            .suffix(&format!("{}{SUFFIX}", held::MARK))
             .rand_bytes(10)
             .make_in(folder, held::create)?;
         file.as_file_mut().write_all(text.as_bytes())?;
