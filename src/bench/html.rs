@@ -4,7 +4,7 @@ use std::fmt::Write;
 
 use plotters::prelude::*;
 
-use super::{Cell, RayKind, Report};
+use super::{Cell, RayKind, Report, report::threads};
 
 const STYLE: &str = "body{font:16px/1.5 system-ui,sans-serif;max-width:56rem;margin:2rem auto;padding:0 1rem;color:#222}\
 table{border-collapse:collapse;margin:1rem 0}th,td{padding:.2rem .7rem;text-align:right;border-bottom:1px solid #ddd}\
@@ -33,14 +33,14 @@ pub fn page(report: &Report) -> String {
         out,
         "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\"><title>Rays per second: {scene}</title>\
          <style>{STYLE}</style></head><body>\n<h1>Rays per second: {scene}</h1>\n\
-         <p>{} triangles, {} primitives in all; {}{} threads; the best instructions here are {}.</p>\n\
+         <p>{} triangles, {} primitives in all; {}{}; the best instructions here are {}.</p>\n\
          <p>To find what a ray meets, a renderer may test every primitive (<em>linear</em>) or ask a tree of boxes first. All \
          accelerators traced the same rays in the same run, in turn, several times; a bar is the median. More is better. A \
          <em>mismatch</em> is a ray whose answer differs from the linear scan's or the binary tree's.</p>\n",
         report.triangles,
         report.primitives,
         report.instanced(),
-        report.threads,
+        threads(report.threads),
         escape(&report.simd)
     );
     for kind in RayKind::ALL {

@@ -8,7 +8,7 @@ use std::{
 use cpu_time::ProcessTime;
 use serde::Serialize;
 
-use super::report::table;
+use super::report::{table, threads};
 use crate::{
     film::Film,
     integrator::{Stage, StageTimes},
@@ -136,10 +136,10 @@ impl PictureReport {
     pub fn to_text(&self) -> String {
         let [width, height] = self.resolution;
         let mut out = format!(
-            "{}: {width}x{height}, {} samples, {} threads, {}: {:.0} ms, {:.2} Msamples/s, {:.1} M segments\n\n",
+            "{}: {width}x{height}, {} samples, {}, {}: {:.0} ms, {:.2} Msamples/s, {:.1} M segments\n\n",
             self.scene,
             self.samples,
-            self.threads,
+            threads(self.threads),
             self.simd,
             self.wall_ms,
             self.msamples_per_s,

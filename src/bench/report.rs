@@ -72,12 +72,12 @@ impl Report {
     /// Formats the report as plain-text tables.
     pub fn to_text(&self) -> String {
         let mut out = format!(
-            "{}: {} triangles, {} primitives, {}{} threads, {}\n\n",
+            "{}: {} triangles, {} primitives, {}{}, {}\n\n",
             self.scene,
             self.triangles,
             self.primitives,
             self.instanced(),
-            self.threads,
+            threads(self.threads),
             self.simd
         );
         let header = [
@@ -127,6 +127,11 @@ impl Report {
 
 fn figure(value: Option<f64>, digits: usize) -> String {
     value.map_or_else(|| "-".to_owned(), |v| format!("{v:.digits$}"))
+}
+
+/// A number of threads, as `1 thread` and `2 threads`.
+pub(super) fn threads(n: usize) -> String {
+    format!("{n} thread{}", if n == 1 { "" } else { "s" })
 }
 
 /// Appends a table whose first two columns are left-aligned and whose numbers are right-aligned.

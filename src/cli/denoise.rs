@@ -49,14 +49,14 @@ pub fn options(filter: DenoiserKind, temporal: u32, library: Option<&Path>) -> D
     }
 }
 
-/// The library in the folder that the environment names, or in its `lib`.
+/// The library in the folder that the environment names, or in its `lib`, on Windows `bin`.
 fn oidn_of_environment() -> Option<PathBuf> {
     let folder = PathBuf::from(env::var_os("OIDN_DIR")?);
     let inside = folder.join(Oidn::LIBRARY);
     Some(if inside.exists() {
         inside
     } else {
-        folder.join("lib").join(Oidn::LIBRARY)
+        folder.join(Oidn::FOLDER).join(Oidn::LIBRARY)
     })
 }
 

@@ -27,7 +27,7 @@ pub struct DenoiseArgs {
     #[arg(long, value_enum, value_name = "NAME", default_value_t = DenoiserKind::Nlm)]
     pub filter: DenoiserKind,
 
-    /// Library of Open Image Denoise, libOpenImageDenoise.so.2; without it that in the folder OIDN_DIR, or the system's
+    /// Library of Open Image Denoise; without it that in the folder OIDN_DIR, or the system's
     #[arg(long, value_name = "LIB")]
     pub oidn_lib: Option<PathBuf>,
 

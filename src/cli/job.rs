@@ -266,9 +266,10 @@ fn log_settings(job: &Job, threads: usize) {
         None => format!("{} samples", budget.max),
     };
     tracing::info!(
-        "{}: {width}x{height}, {samples}, seed {}, {threads} threads, vectors {}",
+        "{}: {width}x{height}, {samples}, seed {}, {}, vectors {}",
         frames(plan.frames.len()),
         plan.picture.settings.seed,
+        summary::plural(threads, "thread"),
         plan.picture.accel.simd.name(),
     );
 }
@@ -281,7 +282,7 @@ fn report_valid(path: &Path, job: &Job, quiet: bool) {
 }
 
 fn frames(n: usize) -> String {
-    format!("{n} frame{}", if n == 1 { "" } else { "s" })
+    summary::plural(n, "frame")
 }
 
 /// Prints the frames of a dry run with their files and what they draw, a line each, and the files beside them.

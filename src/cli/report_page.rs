@@ -13,7 +13,7 @@ use super::{
     figures::{Album, Frame, Report, State, Status},
     replay::quoted,
     small_picture::small_picture,
-    summary::{count, seconds},
+    summary::{count, plural, seconds},
 };
 
 /// The width of a thumbnail, in pixels.
@@ -78,11 +78,11 @@ pub fn page(album: &Album) -> String {
          content=\"width=device-width\">{refresh}<title>{scene}: {state}</title><style>{STYLE}</style></head><body>\n\
          <h1>{scene}</h1>\n<p>{state}: {written} frames written, {skipped} skipped, {failed} failed, of {total}; {wall}</p>\n\
          <progress max=\"{total}\" value=\"{}\"></progress>\n\
-         <p class=\"faint\">{width} x {height}, {} samples per pixel, {} threads, batch-render {}</p>\n\
+         <p class=\"faint\">{width} x {height}, {} samples per pixel, {}, batch-render {}</p>\n\
          <code>{}</code>\n",
         written + skipped + failed,
         samples,
-        report.threads,
+        plural(report.threads, "thread"),
         report.version,
         escape(&command.join(" ")),
         scene = escape(&scene),

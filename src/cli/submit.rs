@@ -55,6 +55,11 @@ pub fn run(args: &SubmitArgs, simd: Isa) -> anyhow::Result<()> {
         let message = "--input-format: the scene of a farm is a file, and not on standard input";
         return Err(Error::Usage(message.to_owned()).into());
     }
+    if cfg!(windows) && args.engine == Engine::Slurm {
+        let message =
+            "--engine slurm: scripts of Slurm are for Linux, and so are the paths in them: submit from a Linux machine";
+        return Err(Error::Usage(message.to_owned()).into());
+    }
     let task = task(args, simd)?;
     if args.engine == Engine::Openjd {
         openjd::check(&task)?;

@@ -114,7 +114,13 @@ pub struct OidnImages<'a> {
 
 impl Oidn {
     /// The name by which systems with the library find it.
-    pub const LIBRARY: &str = "libOpenImageDenoise.so.2";
+    pub const LIBRARY: &str = match cfg!(windows) {
+        true => "OpenImageDenoise.dll",
+        false => "libOpenImageDenoise.so.2",
+    };
+
+    /// The folder in a release of the library that has it.
+    pub const FOLDER: &str = if cfg!(windows) { "bin" } else { "lib" };
 
     /// Loads the library at `path`; without one that of the system.
     ///

@@ -11,6 +11,7 @@ mod encode;
 mod error;
 pub mod exr;
 mod facts;
+mod file_names;
 mod frame;
 mod frame_attributes;
 mod held;
@@ -41,6 +42,7 @@ pub use encode::{
 pub use error::{Obstacle, OutputError};
 pub use exr::{Compression, Exr, ExrFile, FilePart, FilePlane, Numbers};
 pub use facts::{FileFacts, decoded};
+pub use file_names::FileNames;
 pub use frame::{Coverage, FrameImage, Shown};
 pub use join::{CropFile, JoinError};
 pub use jpeg_quality::JpegQuality;

@@ -119,7 +119,9 @@ impl FilePattern {
     /// None where the folder's name has no number field.
     pub fn in_folder(&self, folder: &str) -> Result<Self, FilePatternError> {
         let (before, name) = self.text.split_at(self.folder().len());
-        Self::parse(&format!("{before}{folder}/{name}"))
+        // Windows has two separators: the one that was written is kept.
+        let separator = before.chars().next_back().unwrap_or(std::path::MAIN_SEPARATOR);
+        Self::parse(&format!("{before}{folder}{separator}{name}"))
     }
 
     /// Its folder as it was written, with the separator at its end.

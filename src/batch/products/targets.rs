@@ -11,7 +11,7 @@ use crate::batch::{Existing, Plan, PlannedFrame, resume::checkpoint};
 use crate::{
     assets::Files,
     error::Error,
-    output::{atomic, names::NO_EYE, sequence},
+    output::{FileNames, atomic, names::NO_EYE, sequence},
 };
 
 /// A file that a job writes.
@@ -127,7 +127,7 @@ fn compare(plan: &Plan, inputs: &Files) -> Result<(), Error> {
     check_distinct(targets.map(|target| target.path), read)
 }
 
-/// Refuses outputs that are inputs or each other, by whatever name or link.
+/// Refuses outputs that are inputs or each other, by whatever name or link, and those whose names the system does not allow.
 pub(in crate::batch) fn check_distinct(
     outputs: impl Iterator<Item = PathBuf>,
     inputs: impl Iterator<Item = PathBuf>,
@@ -135,6 +135,9 @@ pub(in crate::batch) fn check_distinct(
     let read: HashMap<Identity, PathBuf> = inputs.filter_map(|path| Some((identity(&path)?, path))).collect();
     let (mut folders, mut written) = (Folders::default(), HashMap::new());
     for output in outputs {
+        if let Some(fault) = FileNames::HERE.fault(&output) {
+            return Err(Error::Usage(format!("{fault}: {}", output.display())));
+        }
         let may_exist = folders.may_have(&output);
         if may_exist && let Some(input) = identity(&output).and_then(|id| read.get(&id)) {
             let input = input.clone();
@@ -148,7 +151,7 @@ pub(in crate::batch) fn check_distinct(
     for (number, folder) in places.flat_map(|(number, place)| place.ancestors().map(move |folder| (number, folder))) {
         let (parent, name) = (folder.parent(), folder.file_name().unwrap_or_default());
         let parent = parent.and_then(|parent| folders.places.iter().position(|place| place == parent));
-        if let Some(folder) = parent.and_then(|parent| written.get(&(parent, name.to_owned()))) {
+        if let Some(folder) = parent.and_then(|parent| written.get(&(parent, FileNames::HERE.comparable(name)))) {
             let mut within = written.iter().filter(|((place, _), _)| *place == number);
             let (_, output) = within.next().expect("a folder has an output");
             return Err(Error::WithinOutput {
@@ -204,18 +207,13 @@ impl Folders {
         }
     }
 
-    /// The place of a file that need not exist, its folder and its name (on Windows in lower case): equal for all names and symbolic
-    /// links of it. Other hard links are other places, since files are replaced as a whole.
+    /// The place of a file that need not exist, its folder and its comparable name: equal for all names and symbolic links of it. Other hard links are other places, since files are replaced as a whole.
     fn place(&mut self, path: &Path, may_exist: bool) -> (usize, OsString) {
         let target = match may_exist {
             true => atomic::target_of(path).unwrap_or_else(|_| path.to_owned()),
             false => path.to_owned(),
         };
-        let name = target.file_name().unwrap_or_default();
-        let name = match cfg!(windows) {
-            true => name.to_string_lossy().to_lowercase().into(),
-            false => name.to_owned(),
-        };
+        let name = FileNames::HERE.comparable(target.file_name().unwrap_or_default());
         (self.folder(atomic::folder_of(&target)).place, name)
     }
 }
@@ -309,6 +307,13 @@ mod tests {
         let home = tempfile::tempdir().unwrap();
         let twice = compare(&["New", "nEW"].map(|name| home.path().join(name)), &[]);
         assert!(matches!(twice, Err(Error::WrittenTwice { .. })));
+    }
+
+    #[cfg(windows)]
+    #[test]
+    fn names_that_cannot_be_written_are_refused() {
+        let refused = compare(&["con.png".into()], &[]);
+        assert!(matches!(refused, Err(Error::Usage(_))));
     }
 
     #[cfg(unix)]

@@ -4,6 +4,7 @@
 
 use std::{
     collections::{BTreeMap, HashSet},
+    ffi::{OsStr, OsString},
     fmt,
     path::{Path, PathBuf},
     thread,
@@ -13,7 +14,10 @@ use std::{
 use crate::{
     batch::{IfBusy, Plan},
     error::Error,
-    output::job_file::{self, FolderGate, JobFile},
+    output::{
+        FileNames,
+        job_file::{self, FolderGate, JobFile},
+    },
     render::{Cancel, Cancelled},
     warnings::WarningKind,
 };
@@ -72,7 +76,7 @@ impl JobLock {
         for (folder, names) in folders {
             let _gate = FolderGate::close(folder, cancel);
             let others = job_file::of_others(folder);
-            if let Some((job, name)) = others.iter().find_map(|text| common(text, names)) {
+            if let Some((job, name)) = others.iter().find_map(|text| common(text, names, FileNames::HERE)) {
                 return Err(Busy {
                     job,
                     path: folder.join(name),
@@ -102,10 +106,27 @@ fn text(names: &[String]) -> String {
 }
 
 /// The other job, and the first of its files that is among `names`.
-fn common(text: &str, names: &[String]) -> Option<(String, String)> {
+fn common(text: &str, names: &[String], rules: FileNames) -> Option<(String, String)> {
     let mut lines = text.lines();
     let job = lines.next()?;
-    let names: HashSet<&str> = names.iter().map(String::as_str).collect();
-    let name = lines.find(|line| names.contains(line))?;
+    let comparable = |name: &str| rules.comparable(OsStr::new(name));
+    let names: HashSet<OsString> = names.iter().map(|name| comparable(name)).collect();
+    let name = lines.find(|line| names.contains(&comparable(line)))?;
     Some((job.to_owned(), name.to_owned()))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn names_are_compared_as_the_system_does() {
+        let other = "job 7\na.exr\nF.0001.EXR";
+        let common = |name: &str, rules| common(other, &[name.to_owned()], rules);
+        let found = Some(("job 7".to_owned(), "F.0001.EXR".to_owned()));
+        assert_eq!(common("F.0001.EXR", FileNames::Unix), found);
+        assert_eq!(common("f.0001.exr", FileNames::Unix), None);
+        assert_eq!(common("f.0001.exr", FileNames::Windows), found);
+        assert_eq!(common("f.0002.exr", FileNames::Windows), None);
+    }
 }
