@@ -83,7 +83,7 @@ impl JobMemory {
         }
         let own = ProcessMemory::now().map_or(0, |memory| memory.committed);
         let flags = limits.BasicLimitInformation.LimitFlags;
-        let of_process = (flags & JOB_OBJECT_LIMIT_PROCESS_MEMORY != 0).then(|| Self {
+        let of_process = (flags & JOB_OBJECT_LIMIT_PROCESS_MEMORY != 0).then_some(Self {
             limit: limits.ProcessMemoryLimit as u64,
             used: own,
         });
