@@ -192,7 +192,7 @@ impl PathSampler<'_> {
     pub fn get_2d(&self, dimension: Dimension) -> Vec2 {
         match self.batch.get(dimension) {
             Some(pairs) => pairs[self.index],
-            None => self.sampler.get_2d(&self.keys.get(self.index), dimension),
+            None => self.draw(dimension).0,
         }
     }
 
@@ -201,8 +201,14 @@ impl PathSampler<'_> {
     pub fn get_third(&self, dimension: Dimension) -> UnitBits {
         match self.batch.get_thirds(dimension) {
             Some(thirds) => thirds[self.index],
-            None => self.sampler.get_3d(&self.keys.get(self.index), dimension).1,
+            None => self.draw(dimension).1,
         }
+    }
+
+    /// Returns the numbers of a dimension that the batch does not have. It is not inlined: every BSDF would have a copy.
+    #[inline(never)]
+    fn draw(&self, dimension: Dimension) -> (Vec2, UnitBits) {
+        self.sampler.get_3d(&self.keys.get(self.index), dimension)
     }
 
     /// Returns two random numbers in `[0, 1)` for a direction, with their point on the unit disk.
