@@ -118,6 +118,7 @@ impl Sobol {
     }
 
     /// Appends the first two numbers of all `keys` to `pairs`, and writes the third ones to `thirds`, which may be empty.
+    #[inline(never)]
     fn fill(
         self,
         on: impl Dispatch,
