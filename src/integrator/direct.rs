@@ -126,24 +126,23 @@ pub fn sample_direct(
     how: &DirectLight<impl Fn(Rgb) -> Rgb, impl Fn(bool) -> ShadowPassage>,
     out: &mut ShadingOutput,
 ) {
-    let uc = light_choice(context);
     for family in context.scene.lights.families() {
-        sample_family(context, shading, (family, uc), how, out);
+        sample_family(context, shading, family, how, out);
     }
 }
 
-/// Adds a shadow ray for a light of one family, which the number `uc` selects.
+/// Adds a shadow ray for a light of one family.
 #[inline(always)]
 fn sample_family(
     context: &VertexContext<'_>,
     shading: &ShadingPoint<'_, impl BsdfKind>,
-    (family, uc): (LightFamily, f64),
+    family: LightFamily,
     how: &DirectLight<impl Fn(Rgb) -> Rgb, impl Fn(bool) -> ShadowPassage>,
     out: &mut ShadingOutput,
 ) {
     let receiver = shading.receiver();
     out.clock.lap(Stage::Bsdf);
-    let sample = sample_light(context, shading.surface, family, &receiver, uc);
+    let sample = sample_light(context, shading.surface, family, &receiver);
     out.clock.lap(Stage::Light);
     let Some((choice, sample)) = sample else { return };
     let wi_local = shading.frame.to_local(sample.wi);
@@ -177,21 +176,31 @@ fn sample_family(
     }
 }
 
-/// Selects a light of a family by `uc`, and samples its light at `receiver`; `None` if none arrives.
+/// Selects a light of a family and samples its light at `receiver`; `None` if none arrives.
 #[inline(always)]
 fn sample_light(
     context: &VertexContext<'_>,
     surface: &SurfaceInteraction,
     family: LightFamily,
     receiver: &LightSampleContext,
-    uc: f64,
 ) -> Option<(SampledLight, LightSample)> {
-    let (scene, depth) = (context.scene, context.path.depth);
-    if (!scene.lights.depends_on_normal(family) || surface.viewed_normal() == receiver.n)
+    if (!context.scene.lights.depends_on_normal(family) || surface.viewed_normal() == receiver.n)
         && let Some(sample) = context.lights.get(family, context.numbers.index)
     {
         return sample;
     }
+    draw_light(context, family, receiver)
+}
+
+/// The same where no batch has the sample. It is not inlined: every BSDF would have a copy.
+#[inline(never)]
+fn draw_light(
+    context: &VertexContext<'_>,
+    family: LightFamily,
+    receiver: &LightSampleContext,
+) -> Option<(SampledLight, LightSample)> {
+    let (scene, depth) = (context.scene, context.path.depth);
+    let uc = light_choice(context);
     let choice = scene.lights.choose(scene.geometry.accel.simd(), family, receiver, uc)?;
     let sample_use = match family {
         LightFamily::Finite | LightFamily::Suns => SampleUse::Light,
