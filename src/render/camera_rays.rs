@@ -3,7 +3,7 @@
 use super::{Content, context::RenderContext, schedule::BlockSpec};
 use crate::{
     math::{Ray, Vec2},
-    sampler::{Dimension, SampleKeys, UnitBits},
+    sampler::{Dimension, Filled, SampleKeys, UnitBits},
 };
 
 /// The camera rays of a row of pixels, whose samples are adjacent, or of listed samples.
@@ -15,7 +15,7 @@ pub(super) struct CameraRays {
     pub film: Vec<Vec2>,
     keys: SampleKeys,
     u: Vec<Vec2>,
-    /// The time of each sample, as a fraction of the shutter.
+    /// The time of each sample, as a fraction of the shutter; of a moving camera.
     times: Vec<UnitBits>,
     /// The random numbers for the lens, of each sample.
     lens: Vec<Vec2>,
@@ -51,24 +51,34 @@ impl CameraRays {
         let spread = settings.content == Content::Light;
         self.weights.clear();
         self.weights.resize(self.keys.len(), 1.0);
-        if let Some(filter) = settings.filter.as_ref().filter(|_| spread) {
-            sampler.fill_2d(context.simd, &self.keys, Dimension::FILM, &mut self.u);
+        let moves = context.camera_moves && (spread || !context.frame_camera.readout().is_global());
+        let filter = settings.filter.as_ref().filter(|_| spread);
+        if moves && !spread {
+            self.times.clear();
+            self.times.resize(self.keys.len(), UnitBits::default());
+        }
+        if spread && (filter.is_some() || moves) {
+            let numbers = Filled {
+                pairs: &mut self.u,
+                thirds: moves.then_some(&mut self.times),
+            };
+            sampler.fill(context.simd, &self.keys, Dimension::FILM, numbers);
+        }
+        if let Some(filter) = filter {
             filter.samples(context.simd, &self.u, &mut self.film, &mut self.weights);
         }
         self.lens.clear();
         if context.frame_camera.has_lens() && spread {
-            sampler.fill_2d(context.simd, &self.keys, Dimension::LENS, &mut self.lens);
+            let numbers = Filled {
+                pairs: &mut self.lens,
+                thirds: None,
+            };
+            sampler.fill(context.simd, &self.keys, Dimension::LENS, numbers);
         } else {
             self.lens.resize(self.keys.len(), Vec2::splat(0.5));
         }
         let camera = context.frame_camera;
-        if context.camera_moves && (spread || !camera.readout().is_global()) {
-            if spread {
-                sampler.fill_3d(context.simd, &self.keys, Dimension::FILM, &mut self.u, &mut self.times);
-            } else {
-                self.times.clear();
-                self.times.resize(self.keys.len(), UnitBits::default());
-            }
+        if moves {
             let pixels = self.keys.columns.iter().zip(&self.keys.rows);
             for (((time, film), lens), (x, y)) in self.times.iter().zip(&self.film).zip(&self.lens).zip(pixels) {
                 let time = camera.time_of_pixel(time.f64(), [*x as i32, *y as i32], settings.resolution);

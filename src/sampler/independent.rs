@@ -11,7 +11,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Dimension, SampleKey, SampleKeys, UnitBits};
+use super::{Dimension, Filled, SampleKey, SampleKeys, UnitBits};
 use crate::{
     math::{
         Dispatch, Vec2,
@@ -49,23 +49,14 @@ impl Independent {
         (Vec2::new(unit_f32(a), unit_f32(b)), UnitBits(c))
     }
 
-    /// Replaces the contents of `pairs` with two numbers for each of `keys`.
-    pub fn fill_2d(self, _on: impl Dispatch, keys: &SampleKeys, dimension: Dimension, pairs: &mut Vec<Vec2>) {
-        pairs.clear();
-        pairs.extend((0..keys.len()).map(|i| self.get_2d(&keys.get(i), dimension)));
-    }
-
-    /// Replaces the contents of `pairs` and `thirds` with the numbers of all `keys`.
-    pub fn fill_3d(
-        self,
-        on: impl Dispatch,
-        keys: &SampleKeys,
-        dimension: Dimension,
-        pairs: &mut Vec<Vec2>,
-        thirds: &mut Vec<UnitBits>,
-    ) {
-        self.fill_2d(on, keys, dimension, pairs);
-        thirds.clear();
-        thirds.extend((0..keys.len()).map(|i| self.get_3d(&keys.get(i), dimension).1));
+    /// Replaces the contents of `numbers` with those of all `keys`.
+    pub fn fill(self, _on: impl Dispatch, keys: &SampleKeys, dimension: Dimension, numbers: Filled<'_>) {
+        let all = || (0..keys.len()).map(|i| self.get_3d(&keys.get(i), dimension));
+        numbers.pairs.clear();
+        numbers.pairs.extend(all().map(|(pair, _)| pair));
+        if let Some(thirds) = numbers.thirds {
+            thirds.clear();
+            thirds.extend(all().map(|(_, third)| third));
+        }
     }
 }

@@ -167,6 +167,13 @@ impl UnitBits {
     }
 }
 
+/// Where the numbers of many samples go.
+pub struct Filled<'a> {
+    pub pairs: &'a mut Vec<Vec2>,
+    /// `None` if the third numbers are not needed.
+    pub thirds: Option<&'a mut Vec<UnitBits>>,
+}
+
 /// Numbers that are drawn for all vertices of a batch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Draw {
@@ -254,13 +261,12 @@ impl SampleBatch {
         for &Draw { sample_use, third } in draws {
             let k = sample_use as u32;
             self.generated |= 1 << k;
-            let (dimension, pairs) = (Dimension(first.0 + k), &mut self.pairs[k as usize]);
-            if third {
-                self.generated_thirds |= 1 << k;
-                sampler.fill_3d(on, keys, dimension, pairs, &mut self.thirds[k as usize]);
-            } else {
-                sampler.fill_2d(on, keys, dimension, pairs);
-            }
+            self.generated_thirds |= u8::from(third) << k;
+            let numbers = Filled {
+                pairs: &mut self.pairs[k as usize],
+                thirds: third.then_some(&mut self.thirds[k as usize]),
+            };
+            sampler.fill(on, keys, Dimension(first.0 + k), numbers);
             if sample_use == SampleUse::Bsdf {
                 warp::squares_to_disk(on, &self.pairs[k as usize], &mut self.disks);
             }
@@ -315,10 +321,8 @@ kinds! {
     fn get_2d(&self, key: &SampleKey, dimension: Dimension) -> Vec2;
     /// Returns the same two numbers and the third one.
     fn get_3d(&self, key: &SampleKey, dimension: Dimension) -> (Vec2, UnitBits);
-    /// Replaces the contents of `pairs` with two numbers for each of `keys`.
-    fn fill_2d(&self, on: impl Dispatch, keys: &SampleKeys, dimension: Dimension, pairs: &mut Vec<Vec2>);
-    /// Replaces the contents of `pairs` and `thirds` with the numbers of all `keys`.
-    fn fill_3d(&self, on: impl Dispatch, keys: &SampleKeys, dimension: Dimension, pairs: &mut Vec<Vec2>, thirds: &mut Vec<UnitBits>);
+    /// Replaces the contents of `numbers` with those of all `keys`.
+    fn fill(&self, on: impl Dispatch, keys: &SampleKeys, dimension: Dimension, numbers: Filled<'_>);
 }
 
 impl Sampler {

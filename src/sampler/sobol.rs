@@ -13,18 +13,20 @@
 //!
 //! # Implementation
 //!
-//! Each three dimensions are the three-dimensional Sobol sequence, a (1,3)-sequence in base 2, under an Owen scramble of their own;
-//! the first two of them are a (0,2)-sequence. Where a number selects a light or a lobe, it is the third one beside the two that
-//! choose a point of the light or a direction: those of each light are well distributed, too. All pixels share that sequence: a pixel has a run of 2^k of its points, `k` the logarithm of the samples of a pixel,
+//! Each three dimensions are the three-dimensional Sobol sequence, a (1,3)-sequence in base 2, under an Owen scramble of their own.
+//! The first two of them are a (0,2)-sequence. The third one selects the light on which these choose a point, or the lobe of the
+//! direction that they choose, so that the points of each light are well distributed too.
+//!
+//! All pixels share that sequence: a pixel has a run of 2^k of its points, `k` the logarithm of the samples of a pixel,
 //! rounded up, and runs follow each other in Morton order of the pixels, the four quarters of each square of the
 //! hierarchy in a random order. The samples of a run are shuffled within it in the same nested way.
 //!
-//! The first two of the dimensions have these properties:
+//! The first two dimensions of three have these properties:
 //! * Any `2^j` samples of a pixel from a multiple of `2^j` on (`j <= k`), so the first `2^j` too, are one in each elementary
 //!   interval: each of the boxes of `2^-i` by `2^-(j-i)` has one. Other numbers of samples are made of such runs.
 //! * So are all samples of each square of `2^m` by `2^m` pixels in the hierarchy: where the picture is smooth, the errors of
 //!   neighbours cancel. This is at its best once all samples are taken, and for powers of two.
-//! * They are independent of other ones, by their scrambles and shuffles.
+//! * They are independent of all others, by their scrambles and shuffles.
 //!
 //! Up to 65,536 samples of a pixel are one run; more come in independent runs. Pixels further apart than 256 (65,536 samples
 //! of each) to 65,536 (one) are independent of each other.
@@ -37,7 +39,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use super::{Dimension, SampleKey, SampleKeys, UnitBits};
+use super::{Dimension, Filled, SampleKey, SampleKeys, UnitBits};
 use crate::{
     math::{
         Dispatch, Vec2, VectorLoop,
@@ -96,42 +98,21 @@ impl Sobol {
         (seeds.first_two(index), seeds.third(index))
     }
 
-    /// Replaces the contents of `pairs` with two numbers for each of `keys`.
-    pub fn fill_2d(self, on: impl Dispatch, keys: &SampleKeys, dimension: Dimension, pairs: &mut Vec<Vec2>) {
-        pairs.clear();
-        self.fill(on, keys, dimension, pairs, &mut []);
-    }
-
-    /// Replaces the contents of `pairs` and `thirds` with the numbers of all `keys`.
-    pub fn fill_3d(
-        self,
-        on: impl Dispatch,
-        keys: &SampleKeys,
-        dimension: Dimension,
-        pairs: &mut Vec<Vec2>,
-        thirds: &mut Vec<UnitBits>,
-    ) {
-        pairs.clear();
-        thirds.clear();
-        thirds.resize(keys.len(), UnitBits::default());
-        self.fill(on, keys, dimension, pairs, thirds);
-    }
-
-    /// Appends the first two numbers of all `keys` to `pairs`, and writes the third ones to `thirds`, which may be empty.
+    /// Replaces the contents of `numbers` with those of all `keys`.
     #[inline(never)]
-    fn fill(
-        self,
-        on: impl Dispatch,
-        keys: &SampleKeys,
-        dimension: Dimension,
-        pairs: &mut Vec<Vec2>,
-        thirds: &mut [UnitBits],
-    ) {
+    pub fn fill(self, on: impl Dispatch, keys: &SampleKeys, dimension: Dimension, numbers: Filled<'_>) {
+        let Filled { pairs, thirds } = numbers;
+        pairs.clear();
+        pairs.resize(keys.len(), Vec2::ZERO);
+        let thirds = thirds.map_or(&mut [][..], |thirds| {
+            thirds.clear();
+            thirds.resize(keys.len(), UnitBits::default());
+            thirds.as_mut_slice()
+        });
         if keys.is_empty() {
             return;
         }
         if self.share_sequence(keys) {
-            pairs.resize(keys.len(), Vec2::ZERO);
             on.dispatch(Points {
                 sobol: self,
                 seeds: self.seeds(&keys.get(0), dimension),
@@ -139,10 +120,13 @@ impl Sobol {
                 pairs,
                 thirds,
             });
-        } else {
-            pairs.extend((0..keys.len()).map(|i| self.get_2d(&keys.get(i), dimension)));
-            for (i, third) in thirds.iter_mut().enumerate() {
-                *third = self.get_3d(&keys.get(i), dimension).1;
+            return;
+        }
+        for (i, pair) in pairs.iter_mut().enumerate() {
+            let (own, third) = self.get_3d(&keys.get(i), dimension);
+            *pair = own;
+            if let Some(to) = thirds.get_mut(i) {
+                *to = third;
             }
         }
     }
@@ -394,8 +378,9 @@ mod tests {
                 keys.samples.truncate(part.end);
                 let (sobol, dimension) = (Sobol::new(samples), Dimension(12));
                 let (mut pairs, mut same, mut thirds) = (Vec::new(), Vec::new(), Vec::new());
-                sobol.fill_2d(Plain, &keys, dimension, &mut pairs);
-                sobol.fill_3d(Plain, &keys, dimension, &mut same, &mut thirds);
+                for (pairs, thirds) in [(&mut pairs, None), (&mut same, Some(&mut thirds))] {
+                    sobol.fill(Plain, &keys, dimension, Filled { pairs, thirds });
+                }
                 let each: Vec<_> = (0..part.end).map(|i| sobol.get_2d(&keys.get(i), dimension)).collect();
                 assert!(pairs == each && same == each);
                 let each: Vec<_> = (0..part.end).map(|i| sobol.get_3d(&keys.get(i), dimension).1).collect();
