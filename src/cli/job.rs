@@ -263,7 +263,7 @@ fn log_settings(job: &Job, threads: usize) {
             "{} to {} samples for noise below {}",
             rule.min, budget.max, rule.threshold
         ),
-        None => format!("{} samples", budget.max),
+        None => summary::plural(budget.max as usize, "sample"),
     };
     tracing::info!(
         "{}: {width}x{height}, {samples}, seed {}, {}, vectors {}",

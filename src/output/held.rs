@@ -12,8 +12,7 @@ use std::{
 };
 
 /// The mark in the names of files that are held as on this system, before their suffix.
-pub const MARK: &str = if cfg!(windows) { WINDOWS } else { "" };
-const WINDOWS: &str = ".win";
+pub const MARK: &str = if cfg!(windows) { ".win" } else { "" };
 
 /// The time without a change after which a file counts as abandoned, if it is held as on another system.
 const LONGEST_SILENCE: Duration = Duration::from_secs(24 * 60 * 60);
@@ -76,8 +75,7 @@ pub fn remove_abandoned(folder: &Path, prefix: &str, suffix: &str) {
         if !is_file || !name.starts_with(prefix) || !name.ends_with(suffix) {
             continue;
         }
-        let is_of_windows = name.rsplit('.').any(|part| part == &WINDOWS[1..]);
-        let is_foreign = is_of_windows != cfg!(windows);
+        let is_foreign = name.contains(".win.") != cfg!(windows);
         if is_foreign && !is_silent(&entry) {
             continue;
         }
@@ -118,7 +116,7 @@ mod tests {
     fn files_of_another_system_are_abandoned_after_a_day() {
         let home = tempfile::tempdir().unwrap();
         let path = |name: &str, mark: &str| home.path().join(format!("p-{name}{mark}.tmp"));
-        let foreign = if cfg!(windows) { "" } else { WINDOWS };
+        let foreign = if cfg!(windows) { "" } else { ".win" };
         for (name, mark) in [("a", MARK), ("a", foreign), ("old", foreign)] {
             fs::write(path(name, mark), "").unwrap();
         }

@@ -207,7 +207,8 @@ impl Folders {
         }
     }
 
-    /// The place of a file that need not exist, its folder and its comparable name: equal for all names and symbolic links of it. Other hard links are other places, since files are replaced as a whole.
+    /// The place of a file that need not exist, its folder and its comparable name: equal for all names and symbolic links of it.
+    /// Other hard links are other places, since files are replaced as a whole.
     fn place(&mut self, path: &Path, may_exist: bool) -> (usize, OsString) {
         let target = match may_exist {
             true => atomic::target_of(path).unwrap_or_else(|_| path.to_owned()),
