@@ -258,17 +258,24 @@ fn a_strong_normal_map_loses_no_light_in_a_white_furnace() {
 #[test]
 fn strategies_agree_on_normal_maps_and_smooth_meshes() {
     let map = "[texture.n]\nchecker = { a = [0.9, 0.5, 0.7], b = [0.2, 0.3, 0.6], scale = 20 }\n";
-    for material in [
-        "principled = { base_color = 0.8, normal = \"texture.n\", metallic = 1, roughness = 0.5 }",
-        "principled = { base_color = 0.8, normal = \"texture.n\", roughness = 0.7 }",
-        "glass = { roughness = 0.4 }",
+    // The means of rough glass by light sampling alone are off by 0.5 % in 2048 samples.
+    for (material, samples) in [
+        (
+            "principled = { base_color = 0.8, normal = \"texture.n\", metallic = 1, roughness = 0.5 }",
+            512,
+        ),
+        (
+            "principled = { base_color = 0.8, normal = \"texture.n\", roughness = 0.7 }",
+            512,
+        ),
+        ("glass = { roughness = 0.4 }", 2048),
     ] {
         let lamp = format!(
             "{map}[background]\ncolor = [0, 0, 0]\n[material.lamp]\nemitter = {{ radiance = 10 }}\n\
-             [[object]]\nmaterial = \"lamp\"\nshape.sphere = {{ center = [3, 2, 1], radius = 1.2 }}\n"
+             [[object]]\nmaterial = \"lamp\"\nshape.sphere = {{ center = [2, 4, 1], radius = 2.5 }}\n"
         );
         let mean = |strategy: &str| {
-            let how = path(512, &format!("max_depth = 6, strategy = \"{strategy}\""));
+            let how = path(samples, &format!("max_depth = 6, strategy = \"{strategy}\""));
             let seen = render_ball(&how, material, &lamp, &[]);
             seen.iter().map(|p| p[0]).sum::<f32>() / seen.len() as f32
         };
