@@ -7,7 +7,10 @@
 use super::LightSample;
 use crate::{
     math::{Ray, Rgb, Transform, Vec2, Vec3, float::gamma},
-    shape::{LocalSurface, Shape, ShapeHit, spherical, triangle},
+    shape::{
+        LocalSurface, Shape, ShapeHit, spherical,
+        triangle::{self, TrianglePoint},
+    },
 };
 
 /// A sampled point of an emitter.
@@ -118,21 +121,10 @@ pub fn surface_at(shape: &Shape, from: Vec3, p: Vec3) -> Option<LocalSurface> {
     best.map(|hit| shape.surface(&ray, &hit))
 }
 
-/// A point of the triangle as seen from `from`, and its texture coordinates; `None` if it is seen edge-on or has no area.
+/// A point of the triangle as seen from `from`; `None` if it is seen edge-on or has no area.
 #[inline]
-pub fn sample_triangle(
-    corners: [Vec3; 3],
-    uvs: Option<[Vec2; 3]>,
-    from: Vec3,
-    u: Vec2,
-) -> Option<(AreaSample, LocalSurface)> {
+pub fn sample_triangle(corners: [Vec3; 3], from: Vec3, u: Vec2) -> Option<AreaSample> {
     let (weights, pdf) = spherical::sample(corners, from, u);
-    let surface = triangle::surface(corners, uvs, weights.x, weights.y);
-    let sample = AreaSample {
-        p: surface.p,
-        p_error: surface.p_error,
-        ng: surface.ng,
-        pdf,
-    };
-    (pdf > 0.0).then_some((sample, surface))
+    let TrianglePoint { p, p_error, ng } = triangle::surface_point(corners, weights.x, weights.y);
+    (pdf > 0.0).then_some(AreaSample { p, p_error, ng, pdf })
 }

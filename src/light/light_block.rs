@@ -50,6 +50,16 @@ impl LightBlock {
         self.kind[lane] = if sample.pdf.is_some() { Self::AREA } else { Self::DELTA };
     }
 
+    /// Sets the radiance at a point where light arrives from an area; none arrives if it is black.
+    #[inline(always)]
+    pub fn set_radiance(&mut self, lane: usize, li: Rgb) {
+        let lane = lane % LANES;
+        self.li[lane] = li;
+        if li.is_black() {
+            self.kind[lane] = Self::NONE;
+        }
+    }
+
     /// The light at a point, if any arrives.
     #[inline(always)]
     pub fn get(&self, lane: usize) -> Option<LightSample> {

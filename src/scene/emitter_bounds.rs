@@ -2,14 +2,17 @@
 
 use super::{
     Emitters, MeshRecord, SceneGeometry, SceneShading,
-    emitters::{corner_uvs, is_constant_emission, shape_point, texture_point, uniform_point},
+    emitters::{is_constant_emission, shape_point, texture_point, uniform_point},
 };
 use crate::{
     geometry::{Geometry, PrimId},
     light::{LightBounds, OrientationCone, Sidedness, area},
     material::{Emission, Material},
     math::{Aabb, Rgb, Transform, Vec2, Vec3, exponential, parallel},
-    shape::{Shape, triangle},
+    shape::{
+        Shape,
+        triangle::{self, TrianglePoint},
+    },
     texture::TexturePoint,
 };
 
@@ -158,8 +161,10 @@ fn triangle_points<const N: usize>(
 ) -> [TexturePoint; N] {
     let corners = geometry.corners(index as usize);
     let vertices = geometry.triangles[index as usize];
-    let uvs = corner_uvs(mesh, vertices);
-    points.map(|[u, v]| texture_point(mesh, vertices, corners, &triangle::surface(corners, uvs, u, v)))
+    points.map(|[u, v]| {
+        let TrianglePoint { p, ng, .. } = triangle::surface_point(corners, u, v);
+        texture_point(mesh, vertices, (p, ng), [u, v])
+    })
 }
 
 /// Returns the areas of a mesh's triangles, in m^2.

@@ -12,7 +12,7 @@ use crate::{
     light::{AreaBlock, LightSample, area},
     material::{Emission, EmissionReach, Material, MaterialId},
     math::{Rgb, Sidedness, Transform, Vec2, Vec3},
-    shape::{LocalSurface, ShapeHit, spherical},
+    shape::{ShapeHit, spherical, triangle},
     texture::{Color, ScenePlace, TexturePoint},
 };
 
@@ -81,6 +81,15 @@ impl MeshEmitters {
     fn triangle(&self, id: EmitterId) -> u32 {
         self.first_triangle + id.0 - self.first
     }
+}
+
+/// What a block of area lights holds of a light.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub(super) enum HeldLight {
+    Nothing,
+    /// Its points; the radiance of each is [`Scene::radiance_in_block`].
+    Points,
+    Whole,
 }
 
 /// The primitive of an emitter.
@@ -184,52 +193,84 @@ impl Scene {
                 (sample, material, at)
             }
             EmitterPrim::Triangle(index, mesh) => {
+                let sample = area::sample_triangle(geometry.corners(index as usize), from, u)?;
                 let material = self.material(mesh.material);
-                let corners = geometry.corners(index as usize);
-                let uvs = corner_uvs(mesh, geometry.triangles[index as usize]);
-                let (sample, surface) = area::sample_triangle(corners, uvs, from, u)?;
                 let at = if is_uniform(material) {
                     uniform_point()
                 } else {
-                    texture_point(mesh, geometry.triangles[index as usize], corners, &surface)
+                    self.point_of_emitter(mesh, index, sample.p, sample.ng)
                 };
                 (sample, material, at)
             }
         };
-        let textures = self.textures();
-        let mut li = material.emission()?.radiance(&textures, &at, sample.front_cos(from));
-        if !material.is_opaque() {
-            // Opacity scales emission.
-            li = li * material.opacity(&textures, &at);
-        }
+        let li = self.sampled_radiance(material, &at, sample.front_cos(from));
         if li.is_black() {
             return None;
         }
         sample.light(from, li)
     }
 
-    /// Sets the area light of a lane. Returns whether a block can hold the light.
-    pub(super) fn set_emitter(&self, emitter: EmitterId, lane: usize, block: &mut AreaBlock) -> bool {
+    /// The radiance of a sampled point of an emitter, in W m^-2 sr^-1, on the front if `front_cos > 0` and else on the back.
+    fn sampled_radiance(&self, material: &Material, at: &TexturePoint, front_cos: f32) -> Rgb {
+        let textures = self.textures();
+        let emitted = material
+            .emission()
+            .map(|emission| emission.radiance(&textures, at, front_cos));
+        let emitted = emitted.unwrap_or(Rgb::BLACK);
+        if material.is_opaque() {
+            return emitted;
+        }
+        // Opacity scales emission.
+        emitted * material.opacity(&textures, at)
+    }
+
+    /// The texture point of the place `p` on a triangle of an emitting mesh.
+    fn point_of_emitter(&self, mesh: &MeshRecord, triangle: u32, p: Vec3, ng: Vec3) -> TexturePoint {
+        let geometry = self.geometry.accel.geometry();
+        let place = weights(geometry.corners(triangle as usize), p);
+        texture_point(mesh, geometry.triangles[triangle as usize], (p, ng), place)
+    }
+
+    /// The radiance of the sampled point `p` of an emitter of which a block holds the points, see [`Scene::set_emitter`].
+    pub(super) fn radiance_in_block(&self, emitter: EmitterId, (p, ng): (Vec3, Vec3), front_cos: f32) -> Rgb {
+        match self.lights.emitters().prim(emitter, &self.geometry.meshes) {
+            EmitterPrim::Shape(_) => Rgb::BLACK,
+            EmitterPrim::Triangle(index, mesh) => {
+                let at = self.point_of_emitter(mesh, index, p, ng);
+                self.sampled_radiance(self.material(mesh.material), &at, front_cos)
+            }
+        }
+    }
+
+    /// Sets the area light of a lane. Returns what the block holds of it.
+    pub(super) fn set_emitter(&self, emitter: EmitterId, lane: usize, block: &mut AreaBlock) -> HeldLight {
         let (emitters, geometry) = (self.lights.emitters(), self.geometry.accel.geometry());
-        let (emission, is_held) = match emitters.shapes.get(emitter.0 as usize) {
+        let (emission, held) = match emitters.shapes.get(emitter.0 as usize) {
             Some(shape) => {
                 let placed = &geometry.shapes[*shape as usize];
                 let emission = emitters.uniform[emitter.0 as usize];
                 let is_free = emission.is_some() && placed.transform.is_none();
-                (emission, is_free && placed.shape.put_in_block(lane, &mut block.points))
+                if !(is_free && placed.shape.put_in_block(lane, &mut block.points)) {
+                    return HeldLight::Nothing;
+                }
+                (emission, HeldLight::Whole)
             }
             None => {
                 let run = emitters.run(emitter);
                 let corners = geometry.corners(run.triangle(emitter) as usize);
                 block.points.set_triangle(lane, &corners);
-                (run.uniform, true)
+                let held = run.uniform.map_or(HeldLight::Points, |_| HeldLight::Whole);
+                (run.uniform, held)
             }
         };
-        let Some(UniformEmission { radiance, sidedness }) = emission else {
-            return false;
+        // Both sides of what is not constant, whose radiance depends on the side.
+        let varying = UniformEmission {
+            radiance: Rgb::WHITE,
+            sidedness: Sidedness::Both,
         };
+        let UniformEmission { radiance, sidedness } = emission.unwrap_or(varying);
         block.set_emission(lane, radiance, sidedness);
-        is_held
+        held
     }
 
     /// The emitter at `hit`, which a ray from `from` along the unit direction `w` found, and the density of
@@ -272,12 +313,6 @@ fn is_dark(emission: &Emission) -> bool {
     black || emission.scale == 0.0
 }
 
-/// The texture coordinates of a triangle's corners.
-pub(super) fn corner_uvs(mesh: &MeshRecord, vertices: [u32; 3]) -> Option<[Vec2; 3]> {
-    let at = vertices.map(|v| (v - mesh.vertices.start) as usize);
-    (!mesh.uvs.is_empty()).then(|| at.map(|i| mesh.uvs[i]))
-}
-
 /// Returns the texture point of a shape with this transform; `p` and `n` are in the shape's own space.
 pub(super) fn shape_point(transform: Option<&Transform>, p: Vec3, n: Vec3) -> TexturePoint {
     match transform {
@@ -293,34 +328,35 @@ pub(super) fn shape_point(transform: Option<&Transform>, p: Vec3, n: Vec3) -> Te
     }
 }
 
-/// Returns the texture point of a surface on the triangle of a mesh with these `vertices` at these `corners`.
+/// Returns the texture point of the place `p` with the normal `ng` on a triangle of a mesh, at the weights `u` and `v` of the last two
+/// of its corners, which are these `vertices`.
 pub(super) fn texture_point(
     mesh: &MeshRecord,
     vertices: [u32; 3],
-    corners: [Vec3; 3],
-    surface: &LocalSurface,
+    (p, ng): (Vec3, Vec3),
+    [u, v]: [f32; 2],
 ) -> TexturePoint {
     let place = match &mesh.transform {
-        None => TexturePoint::in_scene(surface.p, surface.ng),
+        None => TexturePoint::in_scene(p, ng),
         Some(t) => TexturePoint {
-            scene: TexturePoint::in_scene(surface.p, surface.ng).scene,
-            ..TexturePoint::new(t.point_to_local(surface.p), t.normal_to_local(surface.ng).normalize())
+            scene: TexturePoint::in_scene(p, ng).scene,
+            ..TexturePoint::new(t.point_to_local(p), t.normal_to_local(ng).normalize())
         },
     };
+    let own = vertices.map(|v| (v - mesh.vertices.start) as usize);
+    let uvs = (!mesh.uvs.is_empty()).then(|| own.map(|i| mesh.uvs[i]));
     let mut at = TexturePoint {
-        uv: surface.uv,
+        uv: triangle::uv(uvs, u, v),
         uv_origin: mesh.uv_origins[0],
         ..place
     };
     if mesh.has_attributes() {
-        let own = vertices.map(|v| (v - mesh.vertices.start) as usize);
-        let [u, v] = weights(corners, surface.p);
         at.vertex = mesh.attributes(own, u, v);
     }
     at
 }
 
-/// The weights of the last two corners of a triangle at its point `p`; 0 where it has no area.
+/// The weights of the last two corners of a triangle at its point `p`, which is rounded; 0 where it has no area.
 fn weights([a, b, c]: [Vec3; 3], p: Vec3) -> [f32; 2] {
     let (ab, ac, ap) = (b - a, c - a, p - a);
     let n = ab.cross(ac);
@@ -328,5 +364,9 @@ fn weights([a, b, c]: [Vec3; 3], p: Vec3) -> [f32; 2] {
     if area == 0.0 {
         return [0.0; 2];
     }
-    [ap.cross(ac).dot(n) / area, ab.cross(ap).dot(n) / area]
+    // None where a coordinate is too large for the products.
+    let share = |x: f32, most: f32| if x > 0.0 { x.min(most) } else { 0.0 };
+    let u = share(ap.cross(ac).dot(n) / area, 1.0);
+    let v = share(ab.cross(ap).dot(n) / area, 1.0 - u);
+    [u, v]
 }

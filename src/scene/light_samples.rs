@@ -2,11 +2,13 @@
 
 use super::{
     LightChoice, LightFamily, LightId, LightSampleContext, LightSource, SampledLight, Scene, SurfaceInteraction,
+    emitters::HeldLight,
 };
 use crate::{
     light::{AreaBlock, LightBlock, LightSample},
     math::{Dispatch, Vec2},
     sampler::UnitBits,
+    shape::SampledPoint,
 };
 
 /// Samples of a family's lights for a block of surfaces.
@@ -41,6 +43,8 @@ struct FiniteLights {
     block: Box<AreaBlock>,
     /// The light of each lane.
     lights: [Option<LightId>; LightBlock::LEN],
+    /// The lanes, as bits, of whose lights the block holds the points alone.
+    varying: u32,
 }
 
 /// The uniform numbers in `[0, 1)` for light sampling, for each surface.
@@ -210,6 +214,15 @@ impl Scene {
         if together != 0 {
             finite.block.sample(on, &mut to.light);
             alone |= together & !finite.block.points.known();
+            for lane in lanes(together & finite.varying & !alone) {
+                let LightSource::Emitter(emitter) = self.lights.source(to.lights[lane]) else {
+                    continue;
+                };
+                let SampledPoint { p, ng, .. } = finite.block.points.point(lane);
+                let front_cos = ng.dot(finite.block.points.from(lane) - p);
+                let li = self.radiance_in_block(emitter, (p, ng), front_cos);
+                to.light.set_radiance(lane, li);
+            }
         }
         for lane in lanes(alone) {
             let sample = self.sample_light(to.lights[lane], surfaces[lane].p, numbers.points[lane]);
@@ -223,13 +236,16 @@ impl Scene {
     /// Sets the light of a lane. Returns whether a block can hold the light.
     #[inline(never)]
     fn set_area_light(&self, light: LightId, lane: usize, to: &mut FiniteLights) -> bool {
-        let is_set = match self.lights.source(light) {
+        let held = match self.lights.source(light) {
             LightSource::Emitter(emitter) => self.set_emitter(emitter, lane, &mut to.block),
-            LightSource::Analytic(own) => own.put_in_block(lane, &mut to.block),
-            LightSource::Background => false,
+            LightSource::Analytic(own) if own.put_in_block(lane, &mut to.block) => HeldLight::Whole,
+            LightSource::Analytic(_) | LightSource::Background => HeldLight::Nothing,
         };
-        to.lights[lane] = is_set.then_some(light);
-        is_set
+        to.varying &= !(1 << lane);
+        to.varying |= u32::from(held == HeldLight::Points) << lane;
+        let is_held = held != HeldLight::Nothing;
+        to.lights[lane] = is_held.then_some(light);
+        is_held
     }
 }
 

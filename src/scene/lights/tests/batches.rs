@@ -6,9 +6,10 @@ use crate::{
     material::matte::Matte,
     sampler::UnitBits,
     scene::{LightNumbers, LightSamples, SurfaceInteraction},
+    texture::{Mapping, Pattern, Texture, checker::Checker},
 };
 
-/// A white ball under lamps.
+/// A white ball under lamps; the second triangle has a texture.
 fn ball(lamps: &[(&str, Option<Transform>)], triangles: &[[Vec3; 3]], points: &[Vec3]) -> Scene {
     let mut builder = dark();
     let front = builder.material(lamp());
@@ -16,13 +17,19 @@ fn ball(lamps: &[(&str, Option<Transform>)], triangles: &[[Vec3; 3]], points: &[
     for (i, (shape, transform)) in lamps.iter().enumerate() {
         add(&mut builder, shape, *transform, if i % 2 == 0 { front } else { both });
     }
-    for corners in triangles {
+    let squares = Checker {
+        colors: [Rgb::gray(2.0), Rgb::BLACK],
+        scale: 3.0,
+    };
+    let squares = builder.texture(Texture::new(Mapping::Uv, Pattern::Checker(squares)));
+    let checkered = builder.material(shining(Color::Texture(squares), Sidedness::Front));
+    for (corners, material) in triangles.iter().zip([both, checkered]) {
         let mesh = Mesh {
             positions: corners.to_vec(),
             triangles: vec![[0, 1, 2]],
             ..Mesh::default()
         };
-        builder.mesh("mesh", mesh, both).expect("valid");
+        builder.mesh("mesh", mesh, material).expect("valid");
     }
     let white = builder.material(Material::Matte(Matte::smooth(Color::Constant(Rgb::WHITE))));
     add(&mut builder, "sphere = { radius = 1 }", None, white);
