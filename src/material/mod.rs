@@ -145,6 +145,11 @@ pub trait MaterialKind {
         None
     }
 
+    /// One of the textures that it reads at every point, if there are several.
+    fn one_of_textures(&self) -> Option<TextureId> {
+        None
+    }
+
     /// The normal map of its own, if there is one. Any material may be given another one, see
     /// [`SceneShading::normal_map`](crate::scene::SceneShading::normal_map).
     fn normal_map(&self) -> Option<NormalMap> {
@@ -322,6 +327,8 @@ kinds! {
     fn is_opaque(&self) -> bool;
     /// See [`MaterialKind::opacity_texture`].
     fn opacity_texture(&self) -> Option<TextureId>;
+    /// See [`MaterialKind::one_of_textures`].
+    fn one_of_textures(&self) -> Option<TextureId>;
     /// See [`MaterialKind::normal_map`].
     fn normal_map(&self) -> Option<NormalMap>;
     /// See [`MaterialKind::coat_normal`].

@@ -355,6 +355,17 @@ impl MaterialKind for Principled {
         }
     }
 
+    fn one_of_textures(&self) -> Option<TextureId> {
+        let colors = [Some(&self.base_color), self.normal.as_ref()];
+        let colors = colors.into_iter().flatten().filter_map(Color::texture);
+        let scalars = [&self.roughness, &self.metallic]
+            .into_iter()
+            .filter_map(Scalar::texture);
+        let mut all = colors.chain(scalars.map(|(id, _)| id));
+        let first = all.next()?;
+        all.any(|other| other != first).then_some(first)
+    }
+
     fn is_invisible(&self, textures: &Textures<'_>) -> bool {
         let is_hidden = |opacity: f32| match self.alpha_mode {
             AlphaMode::Opaque => false,

@@ -358,8 +358,9 @@ impl Wave {
                     if round == 0 {
                         path.cone = path.cone.moved(surface.t * ray.d.length());
                     }
-                    if context.scene.shading.is_spatially_varying(surface.material) {
-                        surface.set_footprint(path.cone.width.abs());
+                    let shading = &context.scene.shading;
+                    if shading.is_spatially_varying(surface.material) {
+                        surface.set_footprint(path.cone.width.abs(), shading.picture_size(surface.material));
                     }
                 }
             }

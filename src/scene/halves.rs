@@ -11,7 +11,7 @@ use crate::{
     geometry::PrimId,
     light::{Light, LightTables, Profile},
     material::{Material, MaterialId, NormalMap},
-    math::{Runs, Transform, Vec4},
+    math::{Runs, Transform, Vec2, Vec4},
     texture::{Bitmap, StTransform, Texture, TextureId, TexturePoint, Textures},
 };
 
@@ -81,6 +81,8 @@ pub struct SceneShading {
     pub(super) black: Option<MaterialId>,
     /// See [`MaterialKind::is_spatially_varying`](crate::material::MaterialKind), for each material.
     is_spatially_varying: Vec<bool>,
+    /// See [`SceneShading::picture_size`], for each material.
+    picture_sizes: Vec<Option<Vec2>>,
     has_mixtures: bool,
     reads_footprints: bool,
     reads_scene_places: bool,
@@ -146,6 +148,7 @@ impl SceneShading {
         let mut shading = Self {
             media: Media::default(),
             is_spatially_varying: Vec::new(),
+            picture_sizes: Vec::new(),
             has_mixtures: false,
             reads_footprints: bitmaps.iter().any(|b| !b.levels.is_empty())
                 || textures.iter().any(|texture| texture.pattern.is_band_limited()),
@@ -213,6 +216,11 @@ impl SceneShading {
         let maps = self.normal_maps.iter();
         let varies = |(material, map): (&Material, &Option<_>)| material.is_spatially_varying() || map.is_some();
         self.is_spatially_varying = self.materials.iter().zip(maps.clone()).map(varies).collect();
+        self.picture_sizes = self
+            .materials
+            .iter()
+            .map(|material| self.size_of_pictures(material))
+            .collect();
         self.reads_heights = maps.flatten().any(|own| matches!(own.map, NormalMap::Heights(_)));
         self.has_mixtures = self.materials.iter().any(|material| material.mixture().is_some());
     }
@@ -259,6 +267,19 @@ impl SceneShading {
         self.is_spatially_varying
             .get(material.0 as usize)
             .is_none_or(|varies| *varies)
+    }
+
+    /// The size in texels that the pictures of a material mostly have, if several are read at a point.
+    #[inline]
+    pub(crate) fn picture_size(&self, material: MaterialId) -> Option<Vec2> {
+        self.picture_sizes.get(material.0 as usize).copied().flatten()
+    }
+
+    fn size_of_pictures(&self, material: &Material) -> Option<Vec2> {
+        let texture = &self.textures[material.one_of_textures()?.0 as usize];
+        let bitmap = texture.pattern.filtered_bitmap()?;
+        let bitmap = &self.bitmaps[bitmap.0 as usize];
+        Some(Vec2::new(bitmap.width as f32, bitmap.height as f32))
     }
 
     /// Whether any material is a mixture.

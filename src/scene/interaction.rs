@@ -4,7 +4,7 @@ use super::ObjectId;
 use crate::{
     material::MaterialId,
     math::{Frame, Ray, Vec2, Vec3, Vec4, float},
-    texture::TexturePoint,
+    texture::{SharedFootprint, TexturePoint},
 };
 
 /// The smallest cosine of a footprint; the footprint of a more grazing ray would be unbounded.
@@ -161,10 +161,11 @@ impl SurfaceInteraction {
         (self.ray_origins, self.frame) = (view.ray_origins, view.frame);
     }
 
-    /// Sets the footprint for texture filtering, from the width of the ray cone in m.
+    /// Sets the footprint for texture filtering, from the width of the ray cone in m. The material's pictures have mostly `picture_size`
+    /// texels.
     ///
     /// The cone intersects the surface in an ellipse, stretched by 1/cos along the projection of the ray.
-    pub fn set_footprint(&mut self, width: f32) {
+    pub fn set_footprint(&mut self, width: f32, picture_size: Option<Vec2>) {
         let (u, v) = (self.dpdu, self.dpdv);
         let area = u.cross(v);
         let area2 = area.length_squared();
@@ -181,6 +182,9 @@ impl SurfaceInteraction {
         } else {
             [Vec2::ZERO; 2]
         };
+        let footprint = self.texture.footprint;
+        self.texture.shared_footprint =
+            picture_size.map_or(SharedFootprint::NONE, |size| SharedFootprint::new(footprint, size));
     }
 
     /// The curvature as seen by the viewer, in m^-1; negative where the surface is concave.

@@ -34,7 +34,12 @@
 
 use serde::Deserialize;
 
-use super::{Bitmap, BitmapId, FindSources, Lookup, PatternKind, Textures, bitmap::ColorSpace, source::channel_of};
+use super::{
+    Bitmap, BitmapId, FindSources, Lookup, PatternKind, Textures,
+    bitmap::ColorSpace,
+    footprint::{Footprint, MAX_PROBES},
+    source::channel_of,
+};
 use crate::{
     math::{DVec2, Rgb, Vec2, exponential, float},
     value::{Channel, Problem, Spanned},
@@ -51,9 +56,7 @@ pub enum TextureFilter {
     Nearest,
 }
 
-/// Pieces that a long footprint is taken apart into, at most.
-const MAX_PROBES: u32 = 8;
-/// The same for the part of a footprint beyond an edge of the picture, which sees one row or column of texels.
+/// Pieces that the part of a footprint beyond an edge of the picture is taken apart into, at most. It of a footprint beyond an edge of the picture, which sees one row or column of texels.
 const MAX_EDGE_PROBES: u32 = 64;
 
 /// The colour outside of the picture.
@@ -259,56 +262,6 @@ impl ImagePattern {
     }
 }
 
-/// The footprint of a texture look-up.
-#[derive(Clone, Copy, Debug, PartialEq)]
-struct Footprint {
-    /// Places along the long axis.
-    probes: u32,
-    /// In s and t.
-    long_axis: Vec2,
-    /// The width across the long axis, in texels, at least 1.
-    width: f32,
-}
-
-impl Footprint {
-    /// The level: 0 for the picture itself, 1 for the copy of half its size, and between.
-    fn level(&self) -> f32 {
-        exponential::log2(self.width)
-    }
-
-    /// The footprint of the ellipse with these axes (s and t, from end to end) on a picture of `size` texels, in at most
-    /// `max_probes` places.
-    fn of([a, b]: [Vec2; 2], size: Vec2, max_probes: u32) -> Self {
-        let (in_a, in_b) = (a * size, b * size);
-        let (long, long_axis) = if in_a.length_squared() >= in_b.length_squared() {
-            (in_a.length(), a)
-        } else {
-            (in_b.length(), b)
-        };
-        // Of parallelograms too: the area over the length.
-        let short = if long > 0.0 {
-            in_a.perp_dot(in_b).abs() / long
-        } else {
-            0.0
-        };
-        let width = short.max(long / max_probes as f32).max(1.0);
-        if !(width.is_finite() && long_axis.is_finite()) {
-            // Wider than any picture.
-            return Self {
-                probes: 1,
-                long_axis: Vec2::ZERO,
-                width: f32::MAX,
-            };
-        }
-        Self {
-            // To the nearest number; the sum is exact enough below 64.
-            probes: ((long / width + 0.5) as u32).clamp(1, max_probes),
-            long_axis,
-            width,
-        }
-    }
-}
-
 /// From here on texels have no exact numbers.
 const MAX_TEXEL: f32 = (1_u32 << 24) as f32;
 
@@ -326,16 +279,12 @@ impl ImagePattern {
         }
     }
 
-    /// The mean over the ellipse around `st` whose axes, from end to end, are `axes`.
-    fn mean(&self, bitmaps: &[Bitmap], st: Vec2, axes: [Vec2; 2]) -> Rgb {
-        let bitmap = &bitmaps[self.bitmap.0 as usize];
-        let size = Vec2::new(bitmap.width as f32, bitmap.height as f32);
-        let footprint = Footprint::of(axes, size, MAX_PROBES);
+    /// The mean over a footprint around `st`, which has this level.
+    fn mean(&self, bitmap: &Bitmap, st: Vec2, (footprint, level): (Footprint, f32)) -> Rgb {
         let ends = self.wrap.iter().any(|wrap| wrap.period() == 0.0);
         if ends && footprint.width > 1.0 {
             return Self::along(&footprint, st, |st| self.within(bitmap, st, footprint.width));
         }
-        let level = footprint.level();
         Self::along(&footprint, st, |st| self.between_levels(bitmap, st, level))
     }
 }
@@ -343,11 +292,14 @@ impl ImagePattern {
 impl PatternKind for ImagePattern {
     #[inline]
     fn numbers(&self, lookup: &Lookup<'_>) -> Rgb {
-        let (bitmaps, st) = (lookup.textures.bitmaps, lookup.st());
         if self.filter != TextureFilter::Trilinear || lookup.is_at_point() {
-            return self.eval(bitmaps, st);
+            return self.eval(lookup.textures.bitmaps, lookup.st());
         }
-        self.mean(bitmaps, st, lookup.st_axes())
+        let bitmap = &lookup.textures.bitmaps[self.bitmap.0 as usize];
+        let size = Vec2::new(bitmap.width as f32, bitmap.height as f32);
+        let known = lookup.shared_footprint(size);
+        let footprint = known.unwrap_or_else(|| Footprint::with_level(lookup.st_axes(), size));
+        self.mean(bitmap, lookup.st(), footprint)
     }
 
     fn max_value(&self, textures: &Textures<'_>) -> Rgb {

@@ -1,7 +1,8 @@
 //! A look-up of a texture at a point of a surface, as patterns see it.
 
 use super::{
-    Color, Scalar, Texture, TexturePoint, Textures, source::channel_of, transform::less_periods, triplanar::Side,
+    Color, Footprint, Scalar, Texture, TexturePoint, Textures, source::channel_of, transform::less_periods,
+    triplanar::Side,
 };
 use crate::{
     math::{DVec2, DVec3, Rgb, Vec2, Vec3},
@@ -93,6 +94,12 @@ impl Lookup<'_> {
         // Not a map of the array, which is a call.
         let [a, b] = texture.mapping.footprint(self.at);
         [texture.transform.vector(a), texture.transform.vector(b)]
+    }
+
+    /// The footprint in the texels of a picture of this size, and its level, if the point knows it.
+    #[inline(always)]
+    pub fn shared_footprint(&self, size: Vec2) -> Option<(Footprint, f32)> {
+        self.at.shared_footprint.on(size).filter(|_| self.texture.lies_on_uv)
     }
 
     /// Whether the point has no footprint.

@@ -247,6 +247,11 @@ impl Mapping {
         matches!(self, Self::Uv | Self::SecondUv | Self::Planar { .. } | Self::Solid(_))
     }
 
+    /// Whether its coordinates are `uv`.
+    pub(super) fn is_uv(&self) -> bool {
+        matches!(self, Self::Uv)
+    }
+
     /// Whether the tangents of a surface follow its coordinates.
     pub(super) fn has_tangents(&self) -> bool {
         matches!(self, Self::Uv | Self::SecondUv)

@@ -18,6 +18,7 @@ pub mod brick;
 mod cellular;
 pub mod checker;
 pub mod constant;
+mod footprint;
 pub mod gradient;
 pub mod image;
 pub mod invert;
@@ -42,6 +43,7 @@ pub mod voronoi;
 pub mod warp;
 
 pub use bitmap::Bitmap;
+pub use footprint::{Footprint, SharedFootprint};
 pub use lookup::Lookup;
 pub use mapping::{Mapping, MappingDesc};
 pub use point::{ScenePlace, TexturePoint, TextureSpace, VertexAttributes};
@@ -223,6 +225,8 @@ pub struct Texture {
     pub rec709: ColorConversion,
     /// Whether it is known that it shows its pattern as it is: nothing moves, scales or blends it. See [`Texture::prepared`].
     pub is_plain: bool,
+    /// Whether it is known that it is plain and that its coordinates are `uv`. See [`Texture::prepared`].
+    pub lies_on_uv: bool,
 }
 
 impl Texture {
@@ -237,14 +241,17 @@ impl Texture {
             colors: ColorConversion::default(),
             rec709: ColorConversion::default(),
             is_plain: false,
+            lies_on_uv: false,
         }
     }
 
     /// The same texture for look-ups, which are faster: its offset is less by whole repetitions if it is far from 0.
     pub fn prepared(self) -> Self {
+        let is_plain = self.warp.is_none() && self.factor == Rgb::WHITE && self.mapping.triplanar().is_none();
         Self {
             transform: self.transform.near(self.pattern.periods()),
-            is_plain: self.warp.is_none() && self.factor == Rgb::WHITE && self.mapping.triplanar().is_none(),
+            is_plain,
+            lies_on_uv: is_plain && self.mapping.is_uv() && self.transform == StTransform::IDENTITY,
             ..self
         }
     }

@@ -1,5 +1,6 @@
 //! Points of surfaces, as textures see them.
 
+use super::SharedFootprint;
 use crate::math::{Rgb, Vec2, Vec3, Vec4};
 
 /// The space of a point on a texture.
@@ -30,6 +31,8 @@ pub struct TexturePoint {
     pub curvature: f32,
     /// The two axes of the footprint in `uv`, from end to end; zero for a point.
     pub footprint: [Vec2; 2],
+    /// The same in the texels of some pictures.
+    pub shared_footprint: SharedFootprint,
     /// Attributes that the vertices of a mesh give beside `uv`.
     pub vertex: VertexAttributes,
     /// The same point in the scene; unspecified where no texture reads it.
@@ -103,6 +106,7 @@ impl TexturePoint {
             dpdv: Vec3::ZERO,
             curvature: 0.0,
             footprint: [Vec2::ZERO; 2],
+            shared_footprint: SharedFootprint::NONE,
             vertex: VertexAttributes::NONE,
             scene: ScenePlace {
                 p,

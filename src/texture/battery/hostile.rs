@@ -5,8 +5,8 @@ use std::fmt::Write;
 use crate::{
     math::{DVec3, Rgb, Vec2, Vec3, hash},
     texture::{
-        Bitmap, BitmapId, Color, FindSources, MappingDesc, PatternDesc, ScenePlace, StTransformDesc, Texture,
-        TextureId, TexturePoint, TextureSpace, Textures, VertexAttributes, WarpDesc, mipmap,
+        Bitmap, BitmapId, Color, FindSources, MappingDesc, PatternDesc, ScenePlace, SharedFootprint, StTransformDesc,
+        Texture, TextureId, TexturePoint, TextureSpace, Textures, VertexAttributes, WarpDesc, mipmap,
     },
     value::{Channel, ColorSource},
 };
@@ -228,6 +228,7 @@ impl Random {
             } else {
                 [self.pair(), self.pair()]
             },
+            shared_footprint: SharedFootprint::NONE,
             vertex: VertexAttributes::NONE,
             scene: ScenePlace {
                 p: self.vector(),

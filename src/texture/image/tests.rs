@@ -1,7 +1,10 @@
 //! Pictures near and far.
 
 use super::*;
-use crate::{math::hash, texture::mipmap};
+use crate::{
+    math::{Vec3, hash},
+    texture::{Mapping, Pattern, SharedFootprint, StTransform, Texture, TexturePoint, mipmap},
+};
 
 fn quarter() -> Vec<Bitmap> {
     // Top row 0 1, bottom row 2 3.
@@ -33,6 +36,15 @@ fn bound(pattern: &ImagePattern, bitmaps: &[Bitmap], corners: [Vec2; 2]) -> Rgb 
 /// Axes of a round footprint that is so many texels wide.
 fn round(texels: f32, width: u32, height: u32) -> [Vec2; 2] {
     [Vec2::X * texels / width as f32, Vec2::Y * texels / height as f32]
+}
+
+impl ImagePattern {
+    /// The mean over the ellipse around `st` whose axes, from end to end, are `axes`.
+    fn mean_over(&self, bitmaps: &[Bitmap], st: Vec2, axes: [Vec2; 2]) -> Rgb {
+        let bitmap = &bitmaps[self.bitmap.0 as usize];
+        let size = Vec2::new(bitmap.width as f32, bitmap.height as f32);
+        self.mean(bitmap, st, Footprint::with_level(axes, size))
+    }
 }
 
 #[test]
@@ -70,7 +82,7 @@ fn wrap_modes_hold_at_every_level() {
     let bitmaps = random(16, 8);
     for level in 0..5 {
         let axes = round((1 << level) as f32, 16, 8);
-        let at = |wrap, st| pattern(TextureFilter::Trilinear, wrap).mean(&bitmaps, st, axes);
+        let at = |wrap, st| pattern(TextureFilter::Trilinear, wrap).mean_over(&bitmaps, st, axes);
         let st = Vec2::new(0.3, 0.6);
         let near = |a: Rgb, b: Rgb| (a - b).map(f32::abs).max_component() < 1e-5;
         assert!(near(at(Wrap::Repeat, st), at(Wrap::Repeat, st + Vec2::new(3.0, -2.0))));
@@ -92,7 +104,7 @@ fn magnified_a_picture_has_the_bits_of_linear() {
         let st = Vec2::new(i as f32 * 0.0137 - 3.0, i as f32 * 0.0071);
         let texels = 0.001 * i as f32;
         assert_eq!(
-            trilinear.mean(&bitmaps, st, round(texels, 16, 8)),
+            trilinear.mean_over(&bitmaps, st, round(texels, 16, 8)),
             linear.eval(&bitmaps, st)
         );
     }
@@ -123,7 +135,7 @@ fn a_footprint_as_wide_as_the_picture_sees_its_mean() {
     let p = pattern(TextureFilter::Trilinear, Wrap::Repeat);
     let last = bitmaps[0].levels.last().unwrap().rgb(0, 0);
     for texels in [32.0, 1e4, f32::INFINITY] {
-        let there = p.mean(&bitmaps, Vec2::new(0.2, 0.9), round(texels, 32, 32));
+        let there = p.mean_over(&bitmaps, Vec2::new(0.2, 0.9), round(texels, 32, 32));
         assert!((there - last).map(f32::abs).max_component() < 1e-6, "{texels}");
     }
 }
@@ -159,7 +171,7 @@ fn a_footprint_over_an_edge_is_the_mean_of_the_texels_as_the_picture_continues()
             [8, 900],
         ] {
             let middle = corner.map(|i| (i + side / 2) as f32 / 32.0);
-            let found = p.mean(&bitmaps, Vec2::from_array(middle), round(side as f32, 32, 32));
+            let found = p.mean_over(&bitmaps, Vec2::from_array(middle), round(side as f32, 32, 32));
             let expected = mean_of_texels(&p, &bitmaps[0], corner, [side; 2]);
             let error = (found - expected).map(f32::abs).max_component();
             assert!(error < 1e-5, "{wrap:?} {corner:?}: {found:?} is not {expected:?}");
@@ -174,16 +186,16 @@ fn beyond_the_picture_a_footprint_of_any_size_sees_the_edge() {
     for texels in [3.0, 40.0, 1000.0, 1e9] {
         let axes = round(texels, 32, 16);
         let away = 2.0 * texels;
-        let corner = p.mean(&bitmaps, Vec2::new(away, -away), axes);
+        let corner = p.mean_over(&bitmaps, Vec2::new(away, -away), axes);
         assert_eq!(corner, bitmaps[0].texel_from_bottom(31, 0), "{texels}");
         let black = pattern(TextureFilter::Trilinear, Wrap::Black);
-        assert_eq!(black.mean(&bitmaps, Vec2::new(away, 0.5), axes), Rgb::BLACK);
+        assert_eq!(black.mean_over(&bitmaps, Vec2::new(away, 0.5), axes), Rgb::BLACK);
     }
     // Along the edge it sees all of it, and the rest of it the corners.
-    let found = p.mean(&bitmaps, Vec2::new(70.0, 0.5), round(64.0, 32, 16));
+    let found = p.mean_over(&bitmaps, Vec2::new(70.0, 0.5), round(64.0, 32, 16));
     let expected = mean_of_texels(&p, &bitmaps[0], [2000, -24], [1, 64]);
     assert!((found - expected).map(f32::abs).max_component() < 1e-5);
-    let quarters = p.mean(&bitmaps, Vec2::splat(0.5), round(f32::INFINITY, 32, 16));
+    let quarters = p.mean_over(&bitmaps, Vec2::splat(0.5), round(f32::INFINITY, 32, 16));
     let corners = [[0, 0], [31, 0], [0, 15], [31, 15]].map(|[i, j]| bitmaps[0].texel_from_bottom(i, j));
     let expected = corners.into_iter().fold(Rgb::BLACK, |sum, c| sum + c) / 4.0;
     assert!((quarters - expected).map(f32::abs).max_component() < 1e-5);
@@ -197,7 +209,7 @@ fn where_a_footprint_touches_an_edge_the_mean_has_no_step() {
         for texels in [1.0, 1.3, 5.0, 11.0] {
             let half = 0.5 * texels / 32.0;
             for edge in [-half, half, 1.0 - half, 1.0 + half] {
-                let at = |s: f32| p.mean(&bitmaps, Vec2::new(s, 0.4), round(texels, 32, 32));
+                let at = |s: f32| p.mean_over(&bitmaps, Vec2::new(s, 0.4), round(texels, 32, 32));
                 let step = at(edge + 1e-5) - at(edge - 1e-5);
                 assert!(step.map(f32::abs).max_component() < 1e-3, "{wrap:?} {texels} {edge}");
             }
@@ -213,7 +225,7 @@ fn a_constant_picture_is_constant_under_any_footprint() {
     let p = pattern(TextureFilter::Trilinear, Wrap::Mirror);
     for i in 0..200 {
         let axes = [Vec2::new(0.01 * i as f32, 0.3), Vec2::new(0.2, -0.003 * i as f32)];
-        let there = p.mean(&bitmaps, Vec2::new(0.1 * i as f32, 0.7), axes);
+        let there = p.mean_over(&bitmaps, Vec2::new(0.1 * i as f32, 0.7), axes);
         assert!((there.r - 0.625).abs() < 1e-6, "{i}: {}", there.r);
     }
 }
@@ -225,7 +237,7 @@ fn what_is_not_finite_is_black() {
         let p = pattern(filter, Wrap::Repeat);
         for st in [Vec2::new(f32::NAN, 0.0), Vec2::new(0.0, f32::INFINITY)] {
             assert_eq!(p.eval(&bitmaps, st), Rgb::BLACK);
-            assert_eq!(p.mean(&bitmaps, st, round(3.0, 4, 4)), Rgb::BLACK);
+            assert_eq!(p.mean_over(&bitmaps, st, round(3.0, 4, 4)), Rgb::BLACK);
         }
         let far = p.eval(&bitmaps, Vec2::splat(1e30));
         assert!(far.is_finite());
@@ -271,5 +283,56 @@ fn where_a_corner_is_no_number_the_bound_is_that_of_the_whole() {
         numbers[k] = f32::NAN;
         let corners = [Vec2::from_slice(&numbers[..2]), Vec2::from_slice(&numbers[2..])];
         assert_eq!(bound(&p, &bitmaps, corners), bitmaps[0].max_value());
+    }
+}
+
+#[test]
+fn footprints_that_pictures_share_are_those_of_each_alone() {
+    let bitmaps = [random(32, 16), random(32, 16), random(16, 16)].concat();
+    let texture = |bitmap, transform| {
+        let pattern = ImagePattern {
+            bitmap: BitmapId(bitmap),
+            ..pattern(TextureFilter::Trilinear, Wrap::Repeat)
+        };
+        Texture {
+            transform,
+            ..Texture::new(Mapping::Uv, Pattern::Image(pattern))
+        }
+        .prepared()
+    };
+    let scaled = StTransform::new(Vec2::ZERO, 0.0, Vec2::splat(2.0));
+    let all = [
+        texture(0, StTransform::IDENTITY),
+        texture(1, StTransform::IDENTITY),
+        texture(2, StTransform::IDENTITY),
+        texture(0, scaled),
+    ];
+    let textures = Textures {
+        textures: &all,
+        bitmaps: &bitmaps,
+    };
+    let axes = [
+        round(3.0, 32, 16),
+        [Vec2::new(0.4, -0.1), Vec2::new(-0.0, 1e-3)],
+        [Vec2::new(f32::INFINITY, 0.0), Vec2::Y],
+        [Vec2::new(f32::NAN, 0.1), Vec2::new(0.1, 1e30)],
+    ];
+    let size = Vec2::new(32.0, 16.0);
+    for footprint in axes {
+        let alone = TexturePoint {
+            uv: Vec2::new(0.3, 0.7),
+            footprint,
+            ..TexturePoint::new(Vec3::ZERO, Vec3::Z)
+        };
+        let shared = TexturePoint {
+            shared_footprint: SharedFootprint::new(footprint, size),
+            ..alone
+        };
+        assert!(shared.shared_footprint.on(size).is_some());
+        for texture in &all {
+            let [alone, shared] = [&alone, &shared].map(|at| texture.eval(&textures, at));
+            let bits = |c: Rgb| [c.r, c.g, c.b].map(f32::to_bits);
+            assert_eq!(bits(shared), bits(alone), "{footprint:?}");
+        }
     }
 }
