@@ -18,7 +18,9 @@ use batch_render::{
     batch::{Existing, Job, JobEvent, Observer, Plan, PlannedFrame, shows_finished, with_finished},
     error::Error,
     math::srgb,
-    output::{self, Contents, EncodeError, FrameImage, OutputError, atomic, job_file::FolderGate},
+    output::{
+        self, Contents, EncodeError, Format as _, FrameImage, OutputError, atomic, job_file::FolderGate, png::Png,
+    },
     render::Cancel,
 };
 use image::{DynamicImage, RgbImage, imageops};
@@ -305,19 +307,34 @@ impl Observer for Preview<'_> {
     }
 }
 
-/// The picture of a frame whose files are there.
+/// The picture of a frame whose files are there: of a PNG file that covers everything, which holds the very pixels, else of an EXR file, which
+/// holds the light of what is clear as well, else of any other.
 fn finished_picture(plan: &Plan, frame: &PlannedFrame, size: PreviewSize) -> Option<RgbImage> {
-    let mut files = plan.final_files(frame).into_iter();
-    let Some(file) = files.find(|file| file.format.contents() == Contents::Picture) else {
-        return with_finished(plan, frame, |image| size.picture(image));
+    let files = plan.final_files(frame);
+    let pictures = files.iter().filter(|file| file.format.contents() == Contents::Picture);
+    let mut decoded =
+        pictures.filter_map(|file| Some((file.format.name() == Png.name(), output::decoded(&file.path)?)));
+    let (is_exact, picture) = match decoded.by_ref().max_by_key(|(is_png, _)| *is_png) {
+        Some((is_png, picture)) => (is_png && is_covered(&picture), Some(picture)),
+        None => (false, None),
     };
-    let picture = over_black(output::decoded(&file.path)?);
+    let of_exr = || with_finished(plan, frame, |image| size.picture(image));
+    let other = if is_exact { None } else { of_exr() };
+    if other.is_some() {
+        return other;
+    }
+    let picture = over_black(picture?);
     if size == PreviewSize::Full {
         return Some(picture);
     }
     let columns = MAX_COLUMNS.min(picture.width());
     let rows = (columns * picture.height()).div_ceil(picture.width().max(1)).max(1);
     Some(imageops::thumbnail(&picture, columns, rows))
+}
+
+/// Whether nothing of a picture is clear.
+fn is_covered(picture: &DynamicImage) -> bool {
+    !picture.color().has_alpha() || picture.to_rgba8().pixels().all(|pixel| pixel.0[3] == u8::MAX)
 }
 
 /// The picture over black, in linear light, as the frames that a job renders are shown.

@@ -112,6 +112,32 @@ fn the_part_that_ends_last_writes_the_film() {
 }
 
 #[test]
+fn a_film_of_parts_with_clear_pixels_is_that_of_the_whole_job() {
+    let folder = folder();
+    let clear = SMALL_SCENE.replace("color = [0.2, 0.4, 0.8]", "color = [0.2, 0.4, 0.8]\nvisible = false");
+    let lamp = "[material.lamp]\nemitter = { radiance = 4 }\n[[object]]\nmaterial = \"lamp\"\n\
+                shape.sphere = { center = [1, 2, 0], radius = 0.7 }\n";
+    folder.write("s.toml", &format!("{clear}{lamp}"));
+    // PNG files have lost the light of what covers a part of a pixel; EXR files of 32 bits have all of it.
+    let files = [
+        "-o",
+        "f.#.png",
+        "-o",
+        "f.#.exr",
+        "--exr-type",
+        "float",
+        "--progress",
+        "none",
+    ];
+    let job = |film| [&SMALL[..], &FILM, &files, &["-o", film]].concat();
+    folder.succeed(&job("whole.apng"));
+    for part in ["1/2", "2/2"] {
+        folder.succeed(&[&job("parts.apng")[..], &["--part", part]].concat());
+    }
+    assert!(folder.read("parts.apng") == folder.read("whole.apng"));
+}
+
+#[test]
 fn what_makes_no_sense_with_a_film_is_refused_before_the_scene_is_loaded() {
     let folder = folder();
     let missing = SMALL_SCENE.replace(
