@@ -13,6 +13,7 @@ use batch_render::{
 };
 
 use super::{
+    arguments::arguments,
     figure_files::{ALBUM, Joining, PAGE, read, write_text},
     figures::{Album, SceneReport, SceneReports, State},
     scenes_page::{SceneRow, scenes_page},
@@ -212,9 +213,7 @@ impl AllScenes {
         let scenes_of_file: Vec<SceneReport> = scenes_of_file.collect();
         let all = SceneReports {
             version: env!("CARGO_PKG_VERSION").into(),
-            command: std::env::args_os()
-                .map(|word| word.to_string_lossy().into_owned())
-                .collect(),
+            command: arguments().map(|word| word.to_string_lossy().into_owned()).collect(),
             wall_s: self.start.elapsed().as_secs_f64(),
             state,
             is_finished: scenes_of_file.iter().all(SceneReport::is_finished),

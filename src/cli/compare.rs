@@ -16,7 +16,10 @@ use batch_render::{
 };
 use serde::Serialize;
 
-use super::{compare_args::CompareArgs, create::cannot_create, log::warn, memory, summary::plural, threads::threads};
+use super::{
+    closed_pipe::is_closed_pipe, compare_args::CompareArgs, create::cannot_create, log::warn, memory, summary::plural,
+    threads::threads,
+};
 
 /// Runs the command. Pictures beyond the tolerance are an error, after all have been compared.
 pub fn run(args: &CompareArgs, quiet: bool) -> anyhow::Result<()> {
@@ -286,7 +289,7 @@ impl Run<'_> {
             format!("{}: {}", test.display(), text())
         };
         match writeln!(io::stdout().lock(), "{text}") {
-            Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(Error::Stdout(error).into()),
+            Err(error) if !is_closed_pipe(&error) => Err(Error::Stdout(error).into()),
             _ => Ok(()),
         }
     }

@@ -13,7 +13,7 @@ use batch_render::{
     value::visible,
 };
 
-use super::summary::plural;
+use super::{closed_pipe::is_closed_pipe, summary::plural};
 
 /// Prints the inventory of a valid scene to standard output. A closed pipe is no error.
 pub fn print(scene: &Path, job: &Job, inventory: &Inventory, json: bool) -> io::Result<()> {
@@ -26,7 +26,7 @@ pub fn print(scene: &Path, job: &Job, inventory: &Inventory, json: bool) -> io::
         write_lines(&mut out, scene, job, inventory)
     };
     match written.and_then(|()| out.flush()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error),
+        Err(error) if !is_closed_pipe(&error) => Err(error),
         _ => Ok(()),
     }
 }

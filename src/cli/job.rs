@@ -20,6 +20,7 @@ use clap::CommandFactory as _;
 use super::{
     args::{Args, CheckArgs, Command, RenderArgs},
     choices::ProgressKind,
+    closed_pipe::is_closed_pipe,
     completions,
     events::{EventFormat, Events},
     failures::{self, FramesFailed},
@@ -321,7 +322,7 @@ fn print_lines(mut lines: impl Iterator<Item = String>) -> io::Result<()> {
     let mut out = io::stdout().lock();
     let written = lines.try_for_each(|line| writeln!(out, "{line}"));
     match written.and_then(|()| out.flush()) {
-        Err(error) if error.kind() != io::ErrorKind::BrokenPipe => Err(error),
+        Err(error) if !is_closed_pipe(&error) => Err(error),
         _ => Ok(()),
     }
 }

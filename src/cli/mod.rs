@@ -3,9 +3,11 @@
 mod ahead;
 mod all_scenes;
 mod args;
+mod arguments;
 mod bench;
 mod bench_args;
 mod choices;
+mod closed_pipe;
 mod compare;
 mod compare_args;
 mod completions;
@@ -65,11 +67,12 @@ use std::{path::PathBuf, process::ExitCode};
 use clap::Parser;
 
 use args::Args;
+use arguments::arguments;
 use stream::PipeClosed;
 
 /// Runs the program; the exit code tells who must act (docs/interface.md).
 pub fn main() -> ExitCode {
-    let args = match Args::try_parse() {
+    let args = match Args::try_parse_from(arguments()) {
         Ok(args) => args,
         Err(e) => {
             // Help goes to stdout, errors to stderr; a closed pipe is nobody's fault.

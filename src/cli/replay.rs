@@ -4,7 +4,6 @@
 //! (`-vr 1-5`, `-r1-5`, `--range 1-5`). Flags are left out or replaced by their long names.
 
 use std::{
-    env,
     ffi::{OsStr, OsString},
     path::Path,
 };
@@ -12,7 +11,7 @@ use std::{
 use batch_render::error::Error;
 use clap::{Arg, ArgAction, ArgMatches, CommandFactory, parser::ValueSource};
 
-use super::{args::Args, standard_input::STANDARD_INPUT};
+use super::{args::Args, arguments::arguments, standard_input::STANDARD_INPUT};
 
 /// The arguments of a command line, after the subcommand.
 #[derive(Clone, Debug)]
@@ -28,7 +27,7 @@ impl Replay {
     /// # Errors
     /// They are wrong usage; a process with such arguments has ended before.
     pub fn of_process() -> Result<Self, Error> {
-        Self::parse(env::args_os())
+        Self::parse(arguments())
     }
 
     /// The arguments of a whole command line, whose first word is the program.

@@ -3,6 +3,7 @@
 use std::{fmt::Write, time::Duration};
 
 use super::{
+    arguments::arguments,
     figure_files::PAGE,
     figures::{Report, SceneReport, State, Status},
     replay::shell_line,
@@ -56,7 +57,7 @@ pub fn scenes_page<'a>(
         seconds(wall),
         finished + failed,
         env!("CARGO_PKG_VERSION"),
-        escape(&shell_line(std::env::args_os())),
+        escape(&shell_line(arguments())),
         scenes = plural(total, noun),
         state = state.name(),
     );

@@ -9,6 +9,7 @@ use std::{
 
 use super::{
     all_scenes::SceneFigures,
+    arguments::arguments,
     figure_files::{ALBUM, Joining, PAGE, write_text},
     figures::{Album, Frame, Input, Report, State, Status},
     memory,
@@ -91,9 +92,7 @@ impl<'a> Stats<'a> {
         let adaptive = plan.picture.settings.samples.adaptive;
         let report = Report {
             version: env!("CARGO_PKG_VERSION").into(),
-            command: std::env::args_os()
-                .map(|word| word.to_string_lossy().into_owned())
-                .collect(),
+            command: arguments().map(|word| word.to_string_lossy().into_owned()).collect(),
             scene: job.desc.source.path.display().to_string(),
             eye: plan.picture.eye().map(|side| side.name().to_owned()),
             settings: settings.clone(),

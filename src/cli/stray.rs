@@ -9,13 +9,13 @@ use clap::{
     error::{ContextKind, ErrorKind},
 };
 
-use super::args::Args;
+use super::{args::Args, arguments::arguments};
 
 /// Returns the error in other words, if a text is not UTF-8.
 pub fn reworded(error: &Error) -> Option<Error> {
     match error.kind() {
-        ErrorKind::InvalidUtf8 => not_utf8(&std::env::args_os().collect::<Vec<_>>()),
-        ErrorKind::UnknownArgument => negative(error, &std::env::args_os().collect::<Vec<_>>()),
+        ErrorKind::InvalidUtf8 => not_utf8(&arguments().collect::<Vec<_>>()),
+        ErrorKind::UnknownArgument => negative(error, &arguments().collect::<Vec<_>>()),
         _ => None,
     }
 }

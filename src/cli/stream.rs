@@ -15,7 +15,7 @@ use batch_render::{
     value::UnknownName,
 };
 
-use super::{preview::RATE, y4m};
+use super::{closed_pipe::is_closed_pipe, preview::RATE, y4m};
 
 /// The name that stands for standard output.
 pub const STANDARD_OUTPUT: &str = "-";
@@ -132,7 +132,7 @@ impl<'a> Stream<'a> {
         let state = self.state.into_inner().unwrap_or_else(PoisonError::into_inner);
         match state.error {
             None => Ok(()),
-            Some(EncodeError::Io(error)) if error.kind() == io::ErrorKind::BrokenPipe => Err(PipeClosed.into()),
+            Some(EncodeError::Io(error)) if is_closed_pipe(&error) => Err(PipeClosed.into()),
             Some(EncodeError::Io(error)) => Err(Error::Stdout(error).into()),
             Some(EncodeError::Unfit(reason)) => {
                 let path = PathBuf::from(STANDARD_OUTPUT);

@@ -6,7 +6,7 @@ use std::{
 };
 
 /// Names of devices of Windows, with any extension. `COM` and `LPT` have a digit behind them.
-const DEVICES: [&str; 4] = ["con", "prn", "aux", "nul"];
+const DEVICES: [&str; 6] = ["con", "prn", "aux", "nul", "conin$", "conout$"];
 const NUMBERED_DEVICES: [&str; 2] = ["com", "lpt"];
 
 /// The rules of a system for the names of files.
@@ -72,6 +72,7 @@ mod tests {
             ("out/Aux.0001.exr", "the name Aux.0001.exr is reserved"),
             ("out/NUL/f.png", "the name NUL is reserved"),
             ("prn .png", "reserved"),
+            ("CONOUT$.png", "reserved"),
             ("com1.png", "reserved"),
             ("LPT9.tar.png", "reserved"),
             ("out./f.png", "dot or a space"),
