@@ -17,7 +17,7 @@ use std::{
 
 use tempfile::NamedTempFile;
 
-use super::{EncodeError, Obstacle, OutputError, held};
+use super::{EncodeError, FileNames, Obstacle, OutputError, held};
 
 /// The prefix and the suffix of temporary files.
 pub const TEMPORARY_PREFIX: &str = ".batch-render-";
@@ -202,8 +202,19 @@ fn not_created(source: io::Error, path: &Path) -> OutputError {
     }
 }
 
-/// The error of a folder that cannot be made or used, which says so where a file is in its place.
+/// Fails if the system does not allow a file of this name.
+fn check_name(path: &Path) -> io::Result<()> {
+    match FileNames::HERE.fault(path) {
+        Some(fault) => Err(io::Error::new(io::ErrorKind::InvalidInput, fault)),
+        None => Ok(()),
+    }
+}
+
+/// The error of a folder that cannot be made or used, which says so where a file is in its place or its name is not allowed.
 pub fn folder_problem(error: io::Error, folder: &Path) -> io::Error {
+    if let Err(fault) = check_name(folder) {
+        return fault;
+    }
     let file = folder
         .ancestors()
         .find(|path| fs::metadata(path).is_ok_and(|found| !found.is_dir()));
@@ -265,8 +276,12 @@ pub fn folder_of(path: &Path) -> PathBuf {
 }
 
 /// Follows symbolic links at `path`, also to a file that does not exist yet.
+///
+/// # Errors
+/// There are too many, or the system does not allow such a name.
 pub fn target_of(path: &Path) -> io::Result<PathBuf> {
     const MOST_LINKS: usize = 40;
+    check_name(path)?;
     let mut target = path.to_owned();
     for _ in 0..MOST_LINKS {
         match fs::symlink_metadata(&target) {
