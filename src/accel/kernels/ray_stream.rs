@@ -154,7 +154,7 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool>(
             at_leaf = 0;
         }
         // SAFETY: these slots wait at nodes, and `stacks` are their stacks.
-        unsafe { traversal::step::<L, Q, _, SLOTS>(level, tree, &starts, &mut active, at_node, stacks) };
+        unsafe { traversal::step_apart::<L, Q, _, SLOTS>(level, tree, &starts, &mut active, at_node, stacks) };
         let mut shapes_wait = false;
         let mut at_shape = at_leaf & shape_or_done;
         while at_shape != 0 {

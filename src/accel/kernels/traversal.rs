@@ -2,7 +2,7 @@
 //! are tested against its boxes and pop their next child from their stacks: rays in the same pass,
 //! packets in a pass of its own.
 
-use std::ptr;
+use std::{marker::PhantomData, ptr};
 
 use super::{
     query::Query,
@@ -14,6 +14,7 @@ use super::{
 use crate::{
     accel::wide::node::{DONE, WideNode},
     geometry::slab::EXIT_PADDING,
+    math::VectorLoop,
     simd::lanes::{Eight, Floats, SimdLevel},
 };
 
@@ -86,6 +87,58 @@ pub unsafe fn step<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     }
     // SAFETY: by this function's own contract.
     unsafe { pop_late::<L, T, N>(level, starts, active, last, stacks) };
+}
+
+/// Does what [`step`] does, in a function of its own: its loop keeps all addresses in registers, whatever the kernel around it needs.
+///
+/// # Safety
+/// The contract is that of [`step`].
+#[inline(never)]
+pub unsafe fn step_apart<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
+    level: L,
+    tree: &WideTree,
+    starts: &Starts,
+    active: &mut Active<'_, T, N>,
+    waiting: u64,
+    stacks: Stacks,
+) {
+    level.dispatch(Step::<L, Q, T, N> {
+        level,
+        tree,
+        starts,
+        active,
+        waiting,
+        stacks,
+        query: PhantomData,
+    });
+}
+
+/// A pass of [`step_apart`], which is made there alone.
+struct Step<'a, 's, L, Q, T, const N: usize> {
+    level: L,
+    tree: &'a WideTree,
+    starts: &'a Starts,
+    active: &'a mut Active<'s, T, N>,
+    waiting: u64,
+    stacks: Stacks<'a>,
+    query: PhantomData<Q>,
+}
+
+impl<L: SimdLevel, Q: Query, T: Traverser, const N: usize> VectorLoop for Step<'_, '_, L, Q, T, N> {
+    #[inline(always)]
+    fn run(self) {
+        let Self {
+            level,
+            tree,
+            starts,
+            active,
+            waiting,
+            stacks,
+            ..
+        } = self;
+        // SAFETY: by the contract of `step_apart`.
+        unsafe { step::<L, Q, T, N>(level, tree, starts, active, waiting, stacks) };
+    }
 }
 
 /// Tests the first in `waiting`. Returns its index and the place of the topmost child of its stack.
