@@ -66,6 +66,13 @@ pub fn floor(x: f32) -> f32 {
     if x.abs() < LARGE { floor } else { x }
 }
 
+/// Whether a whole number is odd; false for others that `floor` may return. In place of a remainder, which takes ten times as long.
+#[inline]
+pub fn is_odd(whole: f32) -> bool {
+    let half = whole * 0.5;
+    floor(half) < half
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -92,6 +99,20 @@ mod tests {
             assert_eq!(floor(x), x.floor(), "{x}");
         }
         assert!(floor(f32::NAN).is_nan());
+    }
+
+    #[test]
+    fn odd_numbers_are_those_with_a_remainder() {
+        for x in (-2000..2000).map(|i| i as f32).chain([
+            8_388_609.0,
+            16_777_215.0,
+            16_777_216.0,
+            1e30,
+            f32::INFINITY,
+            f32::NAN,
+        ]) {
+            assert_eq!(is_odd(x), x.rem_euclid(2.0) == 1.0, "{x}");
+        }
     }
 
     #[test]

@@ -47,8 +47,7 @@ pub struct Checker {
 impl Checker {
     fn at(&self, st: Vec2) -> Rgb {
         let square = (st * self.scale).floor();
-        let odd = (square.x + square.y).rem_euclid(2.0) == 1.0;
-        self.colors[usize::from(odd)]
+        self.colors[usize::from(float::is_odd(square.x + square.y))]
     }
 }
 

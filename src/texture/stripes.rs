@@ -46,8 +46,8 @@ pub struct Stripes {
 
 impl PatternKind for Stripes {
     fn numbers(&self, lookup: &Lookup<'_>) -> Rgb {
-        let odd = (lookup.st().x / self.width).floor().rem_euclid(2.0) == 1.0;
-        self.colors[usize::from(odd)]
+        let stripe = (lookup.st().x / self.width).floor();
+        self.colors[usize::from(float::is_odd(stripe))]
     }
 
     fn periods(&self) -> DVec2 {
