@@ -312,17 +312,14 @@ impl Observer for Preview<'_> {
 fn finished_picture(plan: &Plan, frame: &PlannedFrame, size: PreviewSize) -> Option<RgbImage> {
     let files = plan.final_files(frame);
     let pictures = files.iter().filter(|file| file.format.contents() == Contents::Picture);
-    let mut decoded =
-        pictures.filter_map(|file| Some((file.format.name() == Png.name(), output::decoded(&file.path)?)));
-    let (is_exact, picture) = match decoded.by_ref().max_by_key(|(is_png, _)| *is_png) {
-        Some((is_png, picture)) => (is_png && is_covered(&picture), Some(picture)),
-        None => (false, None),
-    };
+    let (pngs, others): (Vec<_>, Vec<_>) = pictures.partition(|file| file.format.name() == Png.name());
+    let png = pngs.into_iter().find_map(|file| output::decoded(&file.path));
+    let is_exact = png.as_ref().is_some_and(is_covered);
     let of_exr = || with_finished(plan, frame, |image| size.picture(image));
-    let other = if is_exact { None } else { of_exr() };
-    if other.is_some() {
-        return other;
+    if let Some(picture) = if is_exact { None } else { of_exr() } {
+        return Some(picture);
     }
+    let picture = png.or_else(|| others.into_iter().find_map(|file| output::decoded(&file.path)));
     let picture = over_black(picture?);
     if size == PreviewSize::Full {
         return Some(picture);
