@@ -13,6 +13,7 @@ use crate::{
 
 mod instances;
 mod packets;
+mod quads;
 mod small;
 mod trees;
 

@@ -9,7 +9,7 @@ use super::{
 };
 use crate::{
     math::{Aabb, Ray, Transform, Vec3},
-    shape::{Numbers, Shape, ShapeHit, triangle},
+    shape::{FlatPlace, Numbers, Shape, ShapeHit, triangle},
 };
 
 /// The padding of boxes around their contents, in units in the last place.
@@ -101,7 +101,7 @@ impl Geometry {
 
     /// Adds a shape with its transform to world space, and returns its index among the shapes.
     pub fn add_shape(&mut self, shape: Shape, transform: Option<Transform>) -> u32 {
-        let bounds = shape.bounds().padded(PADDING);
+        let bounds = placed_bounds(&shape, None);
         self.shapes.push(PlacedShape {
             shape,
             transform: None,
@@ -119,7 +119,7 @@ impl Geometry {
     /// Sets a shape's transform to world space.
     pub fn place_shape(&mut self, index: u32, transform: Transform) {
         let placed = &mut self.shapes[index as usize];
-        placed.bounds = transform.bounds_to_world(&placed.shape.bounds()).padded(PADDING);
+        placed.bounds = placed_bounds(&placed.shape, Some(&transform));
         placed.is_bounded = placed.bounds.is_finite();
         match placed.transform {
             Some(at) => self.transforms[at as usize] = transform,
@@ -137,6 +137,39 @@ impl Geometry {
         let [a, b, c] = self.triangles[i];
         let at = |v: u32| self.vertices[v as usize];
         [at(a), at(b), at(c)]
+    }
+
+    /// Returns the triangles in the space of `prim` that rays are tested with, and the key of each: itself if it is a triangle,
+    /// those of a parallelogram, and none of another shape or item of a tree.
+    pub(crate) fn triangles_of(&self, prim: PrimId) -> impl Iterator<Item = (u32, [Vec3; 3])> + use<> {
+        let index = prim.index() as usize;
+        let triangles = match index.checked_sub(self.triangles.len()) {
+            None => [Some(self.corners(index)), None],
+            Some(shape) => {
+                let halves = self.shapes.get(shape).and_then(|placed| self.halves(placed));
+                halves.map_or([None; 2], |halves| halves.map(Some))
+            }
+        };
+        (0..)
+            .zip(triangles)
+            .filter_map(move |(i, corners)| Some((prim.key(i), corners?)))
+    }
+
+    /// Returns the triangles of a parallelogram in world space.
+    #[inline]
+    pub(crate) fn halves(&self, placed: &PlacedShape) -> Option<[[Vec3; 3]; 2]> {
+        halves(&placed.shape, self.transform(placed))
+    }
+
+    /// Returns the place in world space on a parallelogram where `ray` meets it at `t`; `None` for other shapes.
+    #[inline]
+    pub(crate) fn place_on_parallelogram(&self, placed: &PlacedShape, ray: &Ray, t: f32) -> Option<FlatPlace> {
+        let own = placed.shape.parallelogram()?;
+        let p = ray.o + ray.d * t;
+        Some(match self.transform(placed) {
+            None => own.place(p),
+            Some(transform) => own.place_in_world(transform, p),
+        })
     }
 
     /// Returns the shape with the id `prim`, or `None` for a triangle.
@@ -177,7 +210,7 @@ impl Geometry {
     /// a hit.
     pub fn bounds(&self, prim: PrimId) -> Aabb {
         match self.shape(prim) {
-            None => Aabb::from_points(self.corners(prim.index() as usize)).padded(PADDING),
+            None => triangle_bounds(self.corners(prim.index() as usize)),
             Some(placed) => placed.bounds,
         }
     }
@@ -240,15 +273,7 @@ impl Geometry {
     #[inline]
     pub fn intersect(&self, prim: PrimId, ray: &Ray) -> Option<ShapeHit> {
         let Some(placed) = self.shape(prim) else {
-            let [a, b, c] = self.corners(prim.index() as usize);
-            let line = Ray {
-                tmin: f32::NEG_INFINITY,
-                tmax: f32::INFINITY,
-                ..*ray
-            };
-            let hit = triangle::intersect(&line, a, b, c).filter(|h| !(h.u.is_nan() || h.v.is_nan()))?;
-            let t = Slabs::new(ray).clip_triangle(hit.t, &self.bounds(prim))?;
-            return (t > ray.tmin && t <= ray.tmax).then_some(ShapeHit { t, ..hit });
+            return intersect_triangle(ray, self.corners(prim.index() as usize));
         };
         self.intersect_shape(placed, ray, || Slabs::new(ray))
     }
@@ -261,6 +286,13 @@ impl Geometry {
         ray: &Ray,
         slabs: impl FnOnce() -> Slabs,
     ) -> Option<ShapeHit> {
+        if let Some(halves) = self.halves(placed) {
+            let [first, second] = halves.map(|corners| intersect_triangle(ray, corners));
+            return match (first, second) {
+                (Some(a), Some(b)) => Some(if b.t < a.t { b } else { a }),
+                (a, b) => a.or(b),
+            };
+        }
         let line = Ray {
             tmax: f32::INFINITY,
             ..*ray
@@ -301,5 +333,39 @@ impl Geometry {
         for &prim in prims {
             self.keep_nearest(prim, InstanceId::NONE, ray, best);
         }
+    }
+}
+
+/// Intersects a ray with a triangle, as [`Geometry::intersect`] does.
+#[inline]
+fn intersect_triangle(ray: &Ray, corners: [Vec3; 3]) -> Option<ShapeHit> {
+    let [a, b, c] = corners;
+    let line = Ray {
+        tmin: f32::NEG_INFINITY,
+        tmax: f32::INFINITY,
+        ..*ray
+    };
+    let hit = triangle::intersect(&line, a, b, c).filter(|h| !(h.u.is_nan() || h.v.is_nan()))?;
+    let t = Slabs::new(ray).clip_triangle(hit.t, &triangle_bounds(corners))?;
+    (t > ray.tmin && t <= ray.tmax).then_some(ShapeHit { t, ..hit })
+}
+
+fn triangle_bounds(corners: [Vec3; 3]) -> Aabb {
+    Aabb::from_points(corners).padded(PADDING)
+}
+
+/// Returns the triangles of a parallelogram in world space.
+#[inline]
+fn halves(shape: &Shape, transform: Option<&Transform>) -> Option<[[Vec3; 3]; 2]> {
+    let own = shape.parallelogram()?.halves();
+    Some(transform.map_or(own, |t| own.map(|corners| corners.map(|p| t.point_to_world(p)))))
+}
+
+/// Returns the padded bounds of a shape in world space.
+fn placed_bounds(shape: &Shape, transform: Option<&Transform>) -> Aabb {
+    match (halves(shape, transform), transform) {
+        (Some(halves), _) => halves.map(triangle_bounds).into_iter().fold(Aabb::EMPTY, Aabb::union),
+        (None, None) => shape.bounds().padded(PADDING),
+        (None, Some(t)) => t.bounds_to_world(&shape.bounds()).padded(PADDING),
     }
 }

@@ -16,10 +16,17 @@ impl PrimId {
         Self(NonZeroU32::new(index.wrapping_add(1)).expect("a primitive's number is below 2^32 - 1"))
     }
 
-    /// Returns the primitive with the id `number - 1`, or `None` if `number` is `u32::MAX`.
+    /// Returns the key of one of the primitive's triangles, by which kernels order hits that are equally near. A primitive has
+    /// one triangle, 0, or those of a parallelogram, 0 and 1.
     #[inline(always)]
-    pub(crate) fn one_below(number: u32) -> Option<Self> {
-        NonZeroU32::new(if number == u32::MAX { 0 } else { number }).map(Self)
+    pub(crate) fn key(self, triangle: u32) -> u32 {
+        2 * self.index() + triangle + 1
+    }
+
+    /// Returns the primitive with this key, or `None` if it is `u32::MAX`.
+    #[inline(always)]
+    pub(crate) fn of_key(key: u32) -> Option<Self> {
+        NonZeroU32::new(key.wrapping_add(1) >> 1).map(Self)
     }
 
     #[inline]

@@ -84,6 +84,18 @@ pub(super) struct ShadingView {
 }
 
 impl HitGeometry {
+    /// Geometry whose shading normal is the geometric one.
+    #[inline(always)]
+    pub fn flat(p: Vec3, p_error: Vec3, ng: Vec3) -> Self {
+        Self {
+            p,
+            p_error,
+            ng,
+            smooth: Vec3::ZERO,
+            lift: Vec3::ZERO,
+        }
+    }
+
     /// Computes the shading view of a ray along `d`.
     #[inline(always)]
     pub fn shading_view(&self, d: Vec3) -> ShadingView {

@@ -13,7 +13,7 @@ use crate::{
     geometry::{Geometry, Hit, InstanceId, PrimId},
     material::MaterialId,
     math::{Dispatch, Ray, Transform, Vec2, Vec3},
-    shape::{LocalSurface, ShapeHit, triangle},
+    shape::{FlatPlace, LocalSurface, ShapeHit, triangle},
     simd::prefetch,
     texture::{ScenePlace, TexturePoint, TextureSpace, VertexAttributes},
 };
@@ -310,19 +310,41 @@ impl Scene {
         let object = self.geometry.shape_objects[index];
         let material = self.geometry.objects[object.0 as usize].material;
         (surface.object, surface.material) = (object, material);
+        // The cone of a ray that a curved mirror reflects depends on the curvature, also where no texture is read.
+        let needs_texture = needs_texture(material) || self.shading.reads_footprints();
+        let flat = geometry.place_on_parallelogram(placed, ray, hit.t);
+        if let Some(flat) = flat.filter(|_| !needs_texture) {
+            (surface.texture.uv, surface.texture.uv_origin) = (flat.uv, Vec2::ZERO);
+            return HitGeometry::flat(flat.p, flat.p_error, flat.ng);
+        }
+        self.fill_from_any_shape(geometry, index, (ray, hit, flat), surface, needs_texture)
+    }
+
+    /// Does what [`Scene::fill_from_shape`] does after object and material are set, for all shapes and textures; `flat` is the place on a
+    /// parallelogram.
+    #[inline(never)]
+    fn fill_from_any_shape(
+        &self,
+        geometry: &Geometry,
+        index: usize,
+        (ray, hit, flat): (&Ray, &Hit, Option<FlatPlace>),
+        surface: &mut SurfaceInteraction,
+        needs_texture: bool,
+    ) -> HitGeometry {
+        let placed = &geometry.shapes[index];
         let transform = geometry.transform(placed);
         let shape_hit = ShapeHit {
             t: hit.t,
             u: hit.u,
             v: hit.v,
         };
-        let local = match transform {
+        let mut local = match transform {
             None => placed.shape.surface(ray, &shape_hit),
             Some(t) => placed.shape.surface(&t.ray_to_local(ray), &shape_hit),
         };
+        local.uv = flat.map_or(local.uv, |flat| flat.uv);
         (surface.texture.uv, surface.texture.uv_origin) = (local.uv, Vec2::ZERO);
-        // The cone of a ray that a curved mirror reflects depends on the curvature, also where no texture is read.
-        if needs_texture(material) || self.shading.reads_footprints() {
+        if needs_texture {
             surface.texture = TexturePoint {
                 curvature: placed.shape.curvature(),
                 ..texture_point(&local)
@@ -339,15 +361,10 @@ impl Scene {
                 surface.height_axis = in_world(local.ng);
             }
         }
-        match transform {
-            None => HitGeometry {
-                p: local.p,
-                p_error: local.p_error,
-                ng: local.ng,
-                smooth: Vec3::ZERO,
-                lift: Vec3::ZERO,
-            },
-            Some(t) => in_world(&local, t),
+        match (flat, transform) {
+            (Some(flat), _) => HitGeometry::flat(flat.p, flat.p_error, flat.ng),
+            (None, Some(t)) => in_world(&local, t),
+            (None, None) => HitGeometry::flat(local.p, local.p_error, local.ng),
         }
     }
 
@@ -412,13 +429,11 @@ impl SurfaceInteraction {
 
 #[inline(always)]
 fn in_world(local: &LocalSurface, t: &Transform) -> HitGeometry {
-    HitGeometry {
-        p: t.point_to_world(local.p),
-        p_error: t.point_error_to_world(local.p, local.p_error),
-        ng: t.normal_to_world(local.ng).normalize(),
-        smooth: Vec3::ZERO,
-        lift: Vec3::ZERO,
-    }
+    HitGeometry::flat(
+        t.point_to_world(local.p),
+        t.point_error_to_world(local.p, local.p_error),
+        t.normal_to_world(local.ng).normalize(),
+    )
 }
 
 fn texture_point(local: &LocalSurface) -> TexturePoint {
@@ -429,3 +444,6 @@ fn texture_point(local: &LocalSurface) -> TexturePoint {
         ..TexturePoint::new(local.p, local.ng)
     }
 }
+
+#[cfg(test)]
+mod tests;

@@ -9,7 +9,7 @@ use crate::math::{
 };
 
 /// The largest number of numbers by which a shape is tested.
-const MAX_NUMBERS: usize = 17;
+const MAX_NUMBERS: usize = 12;
 
 /// The known facts about a ray and a shape.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -43,36 +43,16 @@ pub(super) trait BlockKind<const N: usize> {
     /// Attempts [`ShapeKind::intersect`](super::ShapeKind::intersect) of the shape with these numbers: the same operations
     /// for every ray, without branches.
     fn attempt(numbers: &[f64; N], ray: &Ray) -> Attempt;
-
-    /// Attempts it for one ray.
-    #[inline(always)]
-    fn attempt_one(&self, ray: &Ray) -> Attempt {
-        Self::attempt(&self.numbers(), ray)
-    }
 }
 
-/// Intersects a ray with a shape whose attempts always know.
+/// Intersects a ray with a shape.
 #[inline(always)]
-pub(super) fn intersect_one<const N: usize>(shape: &impl BlockKind<N>, ray: &Ray) -> Option<ShapeHit> {
-    let Attempt { hit, answer } = shape.attempt_one(ray);
+pub(super) fn intersect_one<K: BlockKind<N>, const N: usize>(shape: &K, ray: &Ray) -> Option<ShapeHit> {
+    let Attempt { hit, answer } = K::attempt(&shape.numbers(), ray);
     (answer == Attempt::MEETS).then_some(hit)
 }
 
 /// The methods of [`ShapeKind`](super::ShapeKind) for a [`BlockKind`].
-macro_rules! attempted_in_blocks {
-    () => {
-        fn block_numbers(&self) -> $crate::shape::Numbers {
-            $crate::shape::block::numbers(self)
-        }
-
-        fn attempt_block(&self, on: impl $crate::math::Dispatch, block: &mut $crate::shape::RayBlock<'_>) {
-            block.attempt::<Self, _>(on);
-        }
-    };
-}
-pub(super) use attempted_in_blocks;
-
-/// The same for one whose attempts always know.
 macro_rules! intersected_in_blocks {
     () => {
         #[inline]
@@ -80,7 +60,13 @@ macro_rules! intersected_in_blocks {
             $crate::shape::block::intersect_one(self, ray)
         }
 
-        $crate::shape::block::attempted_in_blocks!();
+        fn block_numbers(&self) -> $crate::shape::Numbers {
+            $crate::shape::block::numbers(self)
+        }
+
+        fn attempt_block(&self, on: impl $crate::math::Dispatch, block: &mut $crate::shape::RayBlock<'_>) {
+            block.attempt::<Self, _>(on);
+        }
     };
 }
 pub(super) use intersected_in_blocks;

@@ -25,6 +25,7 @@ pub mod cylinder;
 pub mod disk;
 pub mod mesh;
 mod numeric;
+mod parallelogram;
 pub mod plane;
 pub mod quad;
 pub mod rectangle;
@@ -36,6 +37,7 @@ pub mod spherical;
 pub mod triangle;
 
 pub use block::{Attempt, Numbers, RayBlock};
+pub use parallelogram::{FlatPlace, Parallelogram};
 pub use sample_block::SampleBlock;
 pub use sampled::SampledPoint;
 
@@ -95,7 +97,13 @@ pub trait ShapeKind {
         block.answer.fill(Attempt::UNKNOWN);
     }
 
-    /// The surface at a hit that [`ShapeKind::intersect`] returned for `ray`.
+    /// The parallelogram that the shape is, if rays of a scene are traced against its two triangles in place of
+    /// [`ShapeKind::intersect`].
+    fn parallelogram(&self) -> Option<&Parallelogram> {
+        None
+    }
+
+    /// The surface at a hit of `ray`; of a [`ShapeKind::parallelogram`], only `t` of the hit counts.
     fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface;
 
     /// The surface's area, in m^2; infinite for an unbounded shape.
@@ -152,6 +160,8 @@ kinds! {
     fn block_numbers(&self) -> Numbers;
     /// See [`ShapeKind::attempt_block`].
     fn attempt_block(&self, on: impl Dispatch, block: &mut RayBlock<'_>);
+    /// See [`ShapeKind::parallelogram`].
+    fn parallelogram(&self) -> Option<&Parallelogram>;
     /// See [`ShapeKind::surface`].
     fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface;
     /// See [`ShapeKind::area`].

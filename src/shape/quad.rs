@@ -16,6 +16,8 @@
 //!
 //! # Implementation
 //!
+//! Rays of a scene are traced against the two triangles of a parallelogram.
+//!
 //! Two quads that share an edge, or a quad and a triangle of a mesh, leave no gap: on which side of an edge a ray passes
 //! depends on the edge's two corners alone, as in [`triangle`]. `dpdu x dpdv` points along the normal.
 //!
@@ -25,8 +27,7 @@
 use serde::Deserialize;
 
 use super::{
-    LocalSurface, Shape, ShapeHit, ShapeKind, ShapeSample,
-    block::{Attempt, BlockKind, attempted_in_blocks, vector},
+    LocalSurface, Parallelogram, Shape, ShapeHit, ShapeKind, ShapeSample,
     numeric::{area_sample, choose, dot_direction, point_of, rounded, rounded_hit, solid_angle_pdf},
     rectangle::{Rectangle, SeenRectangle},
     sample_block::SampleBlock,
@@ -101,32 +102,18 @@ pub struct Quad {
     normal: DVec3,
     /// The lengths of the edges AB and AD, if it is a rectangle up to the rounding of its corners.
     lengths: Option<[f64; 2]>,
-    /// The edges from A to B and to D, and how far C is from completing a parallelogram.
-    edges: [DVec3; 3],
     /// The vectors whose products with a point relative to A are u and v, for a parallelogram, at most [`MAX_SKEW`] off.
     inverse: Option<[DVec3; 2]>,
-    /// The data of [`BlockKind::attempt`], for such a parallelogram.
-    blur: Blur,
+    /// The parallelogram that the quad is, up to the rounding of its corners.
+    parallelogram: Option<Parallelogram>,
     /// The largest coordinate.
     extent: f32,
     /// Kept, since every hit is brought into it.
     bounds: Aabb,
 }
 
-/// By how much of a parallelogram's size the rounding in the edge test, and the skew, may move a corner, at most:
-/// by `each` for every metre that the corner is away, if the ray meets the plane head on.
-#[derive(Clone, Copy, Debug)]
-struct Blur {
-    each: f64,
-    /// The part that depends on the quad alone.
-    own: f64,
-}
-
 /// The most by which the corner C of a parallelogram may be off, as a part of its size. Rounded coordinates are within it.
 const MAX_SKEW: f64 = 1e-5;
-
-/// Nearer to an edge than this part of the quad the edge test decides.
-const MARGIN: f64 = 1.0 / 64.0;
 
 impl Quad {
     /// Unit.
@@ -134,7 +121,7 @@ impl Quad {
         self.normal.as_vec3()
     }
 
-    fn from_corners(corners: [Vec3; 4]) -> Self {
+    pub(crate) fn from_corners(corners: [Vec3; 4]) -> Self {
         let [a, b, c, d] = corners.map(|c| c.as_dvec3());
         // Of a flat convex quad this is the direction of (B - A) x (D - A), and it needs no angle
         // at A.
@@ -145,27 +132,22 @@ impl Quad {
         // The rounding of corners turns short edges.
         let (product, lengths) = (e.length() * f.length(), e.length() + f.length());
         let turned = (noise * largest * lengths).min(MAX_SKEW * product);
-        let is_rectangle = skew.length() <= noise * largest && e.dot(f).abs() <= turned.max(noise * product);
+        let is_parallelogram = skew.length() <= noise * largest;
+        let is_rectangle = is_parallelogram && e.dot(f).abs() <= turned.max(noise * product);
         let middle = (a + b + c + d) * 0.25;
         let across = |x: DVec3, y: DVec3| x.cross(normal) / x.cross(normal).dot(y);
         let inverse = [across(f, e), across(e, f)];
         let slope = inverse[0].length().max(inverse[1].length());
         let inverse = (slope * skew.length() <= MAX_SKEW).then_some(inverse);
-        // Each coordinate of a corner is rounded a few times, each time by half a unit in the last
-        // place.
-        let steepest = if inverse.is_some() { slope } else { f64::INFINITY };
-        let each = 64.0 * f64::from(f32::EPSILON) * steepest;
         let mut quad = Self {
             corners,
             middle,
             normal,
             lengths: is_rectangle.then(|| [e.length(), f.length()]),
-            edges: [e, f, skew],
             inverse,
-            blur: Blur {
-                each,
-                own: each * (c - a).length().max((d - b).length()) + steepest * skew.length(),
-            },
+            parallelogram: inverse
+                .filter(|_| is_parallelogram)
+                .map(|to_uv| Parallelogram::new(corners, to_uv, normal.as_vec3())),
             extent: largest as f32,
             bounds: Aabb::EMPTY,
         };
@@ -176,7 +158,7 @@ impl Quad {
     /// The corners moved onto the plane, on which rays meet the quad and light samples lie.
     #[inline]
     fn flat(&self) -> [Vec3; 4] {
-        if self.edges[2] == DVec3::ZERO {
+        if self.bilinear().3 == DVec3::ZERO {
             return self.corners;
         }
         let (n, middle) = (self.normal, self.middle);
@@ -193,8 +175,8 @@ impl Quad {
     /// Corner A, the edges AB and AD, and how far C is from completing a parallelogram.
     #[inline(always)]
     fn bilinear(&self) -> (DVec3, DVec3, DVec3, DVec3) {
-        let [e, f, skew] = self.edges;
-        (self.corners[0].as_dvec3(), e, f, skew)
+        let [a, b, c, d] = self.corners.map(|c| c.as_dvec3());
+        (a, b - a, d - a, a - b + c - d)
     }
 
     /// The u and v of a point of the plane of a parallelogram, relative to its corner A.
@@ -242,7 +224,9 @@ impl Quad {
     /// The place of the quad nearest to where the ray met it: u, v and the point.
     #[inline]
     fn place(&self, ray: &Ray, hit: &ShapeHit) -> (f64, f64, DVec3) {
-        let on_ray = point_of(ray, hit);
+        // Triangles tell no more than `t`.
+        let v = if self.parallelogram.is_some() { 0.0 } else { hit.v };
+        let on_ray = point_of(ray, &ShapeHit { v, ..*hit });
         let (a, e, f, skew) = self.bilinear();
         let (u, v) = match self.inverse {
             Some(inverse) if skew == DVec3::ZERO => {
@@ -289,65 +273,6 @@ impl Quad {
     }
 }
 
-impl BlockKind<17> for Quad {
-    #[inline(always)]
-    fn numbers(&self) -> [f64; 17] {
-        let (n, m, a) = (self.normal, self.middle, self.corners[0].as_dvec3());
-        // Of no parallelogram the blur is infinite, and nothing is clear.
-        let [u, v] = self.inverse.unwrap_or_default();
-        [
-            n.x,
-            n.y,
-            n.z,
-            m.x,
-            m.y,
-            m.z,
-            a.x,
-            a.y,
-            a.z,
-            u.x,
-            u.y,
-            u.z,
-            v.x,
-            v.y,
-            v.z,
-            self.blur.each,
-            self.blur.own,
-        ]
-    }
-
-    /// Intersects the ray with the plane, and decides whether the point is within the quad where the
-    /// parameters u and v of a parallelogram suffice: not near an edge, and not where the rounding of the
-    /// edge test matters.
-    ///
-    /// Seen from the ray a corner is moved by a few units in the last place of its distance, and on
-    /// the plane by so much over the cosine.
-    #[inline(always)]
-    fn attempt(numbers: &[f64; 17], ray: &Ray) -> Attempt {
-        let (normal, middle, corner) = (vector(numbers, 0), vector(numbers, 3), vector(numbers, 6));
-        let (to_u, to_v) = (vector(numbers, 9), vector(numbers, 12));
-        let (each, own) = (numbers[15], numbers[16]);
-        let d = ray.d.as_dvec3();
-        let along = dot_direction(ray.d, normal);
-        let t = (middle - ray.o.as_dvec3()).dot(normal) / along;
-        let (hit, on_ray) = rounded_hit(ray, t, 0.0);
-        let length = d.x.abs() + d.y.abs() + d.z.abs();
-        let blur = (t.abs() * length * each + own) * length;
-        let h = ray.o.as_dvec3() + d * t - corner;
-        let off = (h.dot(to_u) - 0.5).abs().max((h.dot(to_v) - 0.5).abs());
-        let is_clear = (blur <= MARGIN * along.abs()) & ((off - 0.5).abs() >= MARGIN);
-        let attempt = Attempt::of(hit, on_ray & (off < 0.5));
-        Attempt {
-            answer: if is_clear | !on_ray {
-                attempt.answer
-            } else {
-                Attempt::UNKNOWN
-            },
-            ..attempt
-        }
-    }
-}
-
 impl From<Quad> for Shape {
     fn from(quad: Quad) -> Self {
         Self::Quad(quad)
@@ -362,16 +287,14 @@ impl ShapeKind for Quad {
 
     #[inline]
     fn intersect(&self, ray: &Ray) -> Option<ShapeHit> {
-        let attempt = self.attempt_one(ray);
-        let meets = match attempt.answer {
-            Attempt::MISSES => false,
-            Attempt::MEETS => true,
-            _ => self.has_edges_around(ray),
-        };
-        meets.then_some(attempt.hit)
+        let t = (self.middle - ray.o.as_dvec3()).dot(self.normal) / dot_direction(ray.d, self.normal);
+        let (hit, is_on_ray) = rounded_hit(ray, t, 0.0);
+        (is_on_ray && self.has_edges_around(ray)).then_some(hit)
     }
 
-    attempted_in_blocks!();
+    fn parallelogram(&self) -> Option<&Parallelogram> {
+        self.parallelogram.as_ref()
+    }
 
     #[inline]
     fn surface(&self, ray: &Ray, hit: &ShapeHit) -> LocalSurface {

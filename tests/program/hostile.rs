@@ -188,7 +188,7 @@ fn max_memory_counts_the_shapes_of_points_and_their_tree() {
     let header = "ply\nformat ascii 1.0\nelement vertex 20000\nproperty float x\nproperty float y\nproperty float z\nend_header\n";
     folder.write("points.ply", &format!("{header}{points}"));
     let arguments = |limit| quick(&["points.ply", "--max-memory", limit]);
-    // 492 bytes for each sphere, and 210 for the construction of the tree.
+    // 484 bytes for each sphere, and 210 for the construction of the tree.
     let message = folder.fail(65, &arguments("8M"));
     assert!(message.contains("shapes need 10 MiB of memory"), "{message}");
     let message = folder.fail(65, &arguments("12M"));

@@ -7,7 +7,7 @@ use super::{
     slot_set::SLOTS,
 };
 use crate::{
-    geometry::{Geometry, InstanceId, PlacedShape, shape_block::ShapeBlock, slab::Slabs},
+    geometry::{Geometry, InstanceId, PlacedShape, PrimId, shape_block::ShapeBlock, slab::Slabs},
     math::{Dispatch, Ray, Vec3, block::LANES},
     shape::{Attempt, Shape, ShapeHit},
 };
@@ -99,13 +99,13 @@ fn test_block<'a>(
                 Some(hit) => hit,
             },
         };
-        let id = geometry.triangles.len() as u32 + visit.shape + 1;
-        if slot.best.loses_to(hit.t, id) {
+        let key = PrimId::new(geometry.triangles.len() as u32 + visit.shape).key(0);
+        if slot.best.loses_to(hit.t, key) {
             slot.set_best(Best {
                 t: hit.t,
                 u: hit.u,
                 v: hit.v,
-                id,
+                key,
             });
             inside[number].best = InstanceId::NONE;
             nearer |= 1 << number;

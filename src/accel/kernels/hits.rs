@@ -77,27 +77,27 @@ fn corner<L: SimdLevel>(level: L, [x, y, z]: [&[f32; 4]; 3], k: usize) -> L::F4 
     level.load4(&[x[k], y[k], z[k], 0.0])
 }
 
-/// Stores a hit on the triangle `id` if it is nearer than the slot's hit. Returns whether it is.
+/// Stores a hit on the triangle with this key if it is nearer than the slot's hit. Returns whether it is.
 #[inline(always)]
 pub fn keep<Q: Query, const INSTANCES: bool>(
     meet: &Meet,
-    id: u32,
+    key: u32,
     slot: &mut RayState,
     inside: &mut InstanceState,
 ) -> bool {
     let best = slot.best;
     let Meet { is_hit, t, u, v } = *meet;
     if Q::ANY {
-        slot.best.id = select_unpredictable(is_hit, 0, best.id);
+        slot.best.key = select_unpredictable(is_hit, 0, best.key);
         return is_hit;
     }
-    let again = INSTANCES && t == best.t && id == best.id && inside.current < inside.best;
-    let found = is_hit & (best.loses_to(t, id) | again);
+    let again = INSTANCES && t == best.t && key == best.key && inside.current < inside.best;
+    let found = is_hit & (best.loses_to(t, key) | again);
     slot.set_best(Best {
         t: choose(found, t, best.t),
         u: choose(found, u, best.u),
         v: choose(found, v, best.v),
-        id: select_unpredictable(found, id, best.id),
+        key: select_unpredictable(found, key, best.key),
     });
     if INSTANCES {
         inside.best = select_unpredictable(found, inside.current, inside.best);

@@ -187,7 +187,8 @@ impl LeafQueue {
                 let (slot, block) = unsafe { self.visit(slots, at + lane / 4) };
                 let meet = hits::meet::<L, Q>(level, slot, block, lane % 4, &crossing.spread(level, lane));
                 let id = number(slots, slot);
-                let is_nearer = hits::keep::<Q, INSTANCES>(&meet, block.ids[lane % 4], &mut slots[id], &mut inside[id]);
+                let is_nearer =
+                    hits::keep::<Q, INSTANCES>(&meet, block.keys[lane % 4], &mut slots[id], &mut inside[id]);
                 nearer |= u64::from(is_nearer) << id;
                 if lanes == 0 {
                     break;

@@ -2,7 +2,7 @@
 
 use crate::geometry::{Hit, InstanceId, PrimId};
 
-/// The value of [`Best::id`] if there is no hit so far.
+/// The value of [`Best::key`] if there is no hit so far.
 pub const NOTHING: u32 = u32::MAX;
 
 /// The nearest hit so far.
@@ -12,8 +12,8 @@ pub struct Best {
     pub t: f32,
     pub u: f32,
     pub v: f32,
-    /// The primitive's id plus one, or [`NOTHING`].
-    pub id: u32,
+    /// The [`PrimId::key`] of the hit, or [`NOTHING`].
+    pub key: u32,
 }
 
 impl Best {
@@ -22,7 +22,7 @@ impl Best {
             t: tmax,
             u: 0.0,
             v: 0.0,
-            id: NOTHING,
+            key: NOTHING,
         }
     }
 
@@ -34,16 +34,15 @@ impl Best {
                 t: hit.t,
                 u: hit.u,
                 v: hit.v,
-                id: hit.prim.index() + 1,
+                key: hit.prim.key(0),
             },
         }
     }
 
-    /// Returns whether a hit at `t` on the primitive `id - 1` is nearer, or equally near with a
-    /// lower id.
+    /// Returns whether a hit at `t` with this key is nearer, or equally near with a lower key.
     #[inline(always)]
-    pub fn loses_to(&self, t: f32, id: u32) -> bool {
-        (t < self.t) | ((t == self.t) & (id < self.id))
+    pub fn loses_to(&self, t: f32, key: u32) -> bool {
+        (t < self.t) | ((t == self.t) & (key < self.key))
     }
 }
 
@@ -88,7 +87,7 @@ impl Query for Nearest {
     #[inline(always)]
     fn end(best: &Best, instance: InstanceId) -> Option<Hit> {
         // Selected without a branch, which would be unpredictable.
-        PrimId::one_below(best.id).map(|prim| Hit {
+        PrimId::of_key(best.key).map(|prim| Hit {
             t: best.t,
             u: best.u,
             v: best.v,
@@ -122,6 +121,6 @@ impl Query for Occluded {
 
     #[inline(always)]
     fn end(best: &Best, _instance: InstanceId) -> bool {
-        best.id != NOTHING
+        best.key != NOTHING
     }
 }

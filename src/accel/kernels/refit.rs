@@ -35,9 +35,10 @@ impl WideTree {
                 } else if child & LEAF == 0 {
                     around(&self.nodes[node::index(child)])
                 } else if child & SHAPE == 0 {
-                    let ids = self.blocks[blocks(child)].iter().flat_map(|block| block.ids);
-                    let prims = ids.filter(|&id| id != u32::MAX).map(|id| PrimId::new(id - 1));
-                    prims.map(|prim| geometry.bounds(prim)).fold(Aabb::EMPTY, Aabb::union)
+                    let keys = self.blocks[blocks(child)].iter().flat_map(|block| block.keys);
+                    keys.filter_map(PrimId::of_key)
+                        .map(|prim| geometry.bounds(prim))
+                        .fold(Aabb::EMPTY, Aabb::union)
                 } else {
                     geometry.bounds(PrimId::new(node::number(child)))
                 };
@@ -52,9 +53,9 @@ impl WideTree {
         let mut count = 0;
         for block in &mut self.blocks[part.blocks.clone()] {
             for lane in 0..4 {
-                let id = block.ids[lane];
-                if id != u32::MAX {
-                    block.set(lane, geometry.corners(id as usize - 1), id - 1);
+                let key = block.keys[lane];
+                if let Some(prim) = PrimId::of_key(key) {
+                    block.set(lane, geometry.corners(prim.index() as usize), key);
                     count += 1;
                 }
             }

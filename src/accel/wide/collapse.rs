@@ -11,7 +11,7 @@
 use super::node::{MAX_LEAF, TriangleBlock, WideNode, inner, leaf, shape};
 use crate::{
     accel::build::bvh2_tree::{Bvh2Tree, FlatNode},
-    geometry::Geometry,
+    geometry::{Geometry, PrimId},
     math::exponential,
 };
 
@@ -69,7 +69,6 @@ fn leaf_cost(area: f32, triangles: u32) -> f32 {
 }
 
 fn plan(tree: &Bvh2Tree, geometry: &Geometry, piece_cost: impl Fn(u32) -> [f32; 2]) -> Vec<CollapsePlan> {
-    let triangles = geometry.triangles.len() as u32;
     let flat = &tree.nodes;
     let empty = CollapsePlan {
         cost: [0.0; 8],
@@ -86,15 +85,18 @@ fn plan(tree: &Bvh2Tree, geometry: &Geometry, piece_cost: impl Fn(u32) -> [f32; 
         } else if node.count == FlatNode::PIECE {
             let [cost, surface] = piece_cost(node.link);
             leaf_plan(cost, TOO_MANY, surface)
-        } else if tree.ids[node.link as usize] < triangles {
-            let ids = &tree.ids[node.link as usize..][..node.count as usize];
-            let surface = ids.iter().map(|&id| {
-                let [a, b, c] = geometry.corners(id as usize);
-                (b - a).cross(c - a).length()
-            });
-            leaf_plan(leaf_cost(area, node.count), node.count, surface.sum())
         } else {
-            leaf_plan(area * SHAPE_COST, TOO_MANY, area)
+            let ids = &tree.ids[node.link as usize..][..node.count as usize];
+            let (mut count, mut surface) = (0, 0.0);
+            for (_, [a, b, c]) in ids.iter().flat_map(|&id| geometry.triangles_of(PrimId::new(id))) {
+                count += 1;
+                surface += (b - a).cross(c - a).length();
+            }
+            if count > 0 {
+                leaf_plan(leaf_cost(area, count), count, surface)
+            } else {
+                leaf_plan(area * SHAPE_COST, TOO_MANY, area)
+            }
         };
     }
     plans
@@ -269,19 +271,20 @@ impl Emitter<'_> {
             node += 1;
         }
         let place = self.flat[node].link as usize;
-        let id = self.ids[place];
-        if id as usize >= self.geometry.triangles.len() {
-            return shape(id);
+        let count = self.plans[from].triangles;
+        if count == TOO_MANY {
+            return shape(self.ids[place]);
         }
         // In depth-first order, the primitives of a node's leaves are contiguous.
-        let ids = &self.ids[place..place + self.plans[from].triangles as usize];
+        let prims = self.ids[place..].iter().map(|&id| PrimId::new(id));
         let first = self.piece.blocks.len();
-        for four in ids.chunks(4) {
-            let mut block = TriangleBlock::NOTHING;
-            for (lane, &id) in four.iter().enumerate() {
-                block.set(lane, self.geometry.corners(id as usize), id);
+        let triangles = prims.flat_map(|prim| self.geometry.triangles_of(prim));
+        for (at, (key, corners)) in triangles.take(count as usize).enumerate() {
+            if at % 4 == 0 {
+                self.piece.blocks.push(TriangleBlock::NOTHING);
             }
-            self.piece.blocks.push(block);
+            let block = self.piece.blocks.last_mut().expect("one was pushed");
+            block.set(at % 4, corners, key);
         }
         leaf(first, self.piece.blocks.len() - first)
     }

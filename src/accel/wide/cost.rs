@@ -68,15 +68,15 @@ impl InstanceState<'_> {
                 ray.tmax = local.tmax;
                 continue;
             }
-            let mut test = |index: u32| {
+            let mut test = |prim: PrimId| {
                 cost.prims += 1;
-                self.geometry.keep_nearest(PrimId::new(index), self.instance, ray, best);
+                self.geometry.keep_nearest(prim, self.instance, ray, best);
             };
             if child & SHAPE != 0 {
-                test(node::number(child));
+                test(PrimId::new(node::number(child)));
             } else {
-                let ids = self.tree.blocks()[blocks(child)].iter().flat_map(|block| block.ids);
-                ids.filter(|&id| id != u32::MAX).for_each(|id| test(id - 1));
+                let keys = self.tree.blocks()[blocks(child)].iter().flat_map(|block| block.keys);
+                keys.filter_map(PrimId::of_key).for_each(test);
             }
         }
     }

@@ -96,23 +96,23 @@ impl WideNode {
 pub struct TriangleBlock {
     /// Indexed by vertex (a, b, c), axis and triangle. NaN where there is no triangle.
     pub corners: [[[f32; 4]; 3]; 3],
-    /// The primitives' ids plus one.
-    pub ids: [u32; 4],
+    /// The [`PrimId::key`](crate::geometry::PrimId::key) of each triangle.
+    pub keys: [u32; 4],
 }
 
 impl TriangleBlock {
     pub const NOTHING: Self = Self {
         corners: [[[f32::NAN; 4]; 3]; 3],
-        ids: [u32::MAX; 4],
+        keys: [u32::MAX; 4],
     };
 
-    pub fn set(&mut self, lane: usize, corners: [Vec3; 3], id: u32) {
+    pub fn set(&mut self, lane: usize, corners: [Vec3; 3], key: u32) {
         for (to, from) in self.corners.iter_mut().zip(corners) {
             for axis in 0..3 {
                 to[axis][lane] = from[axis];
             }
         }
-        self.ids[lane] = id + 1;
+        self.keys[lane] = key;
     }
 }
 

@@ -1,50 +1,6 @@
-//! The two ways in which a quad is tested, and its parameters.
-
-use proptest::prelude::*;
+//! Quads and their parameters.
 
 use super::*;
-
-fn vec(range: std::ops::Range<f32>) -> impl Strategy<Value = Vec3> {
-    [range.clone(), range.clone(), range].prop_map(Vec3::from_array)
-}
-
-proptest! {
-    #![proptest_config(ProptestConfig { cases: 3000, failure_persistence: None, ..ProptestConfig::default() })]
-
-    /// From near and far, head on and all but along the plane, through the middle and next to
-    /// corners and edges.
-    #[test]
-    fn what_u_and_v_tell_is_what_the_edge_test_tells(
-        (a, e, f) in (vec(-8.0..8.0), vec(-2.0..2.0), vec(-2.0..2.0)),
-        (u, v) in (-0.2_f32..1.2, -0.2_f32..1.2),
-        (side, away) in (vec(-1.0..1.0), 0_i32..24),
-        (tilt, length) in (prop::sample::select(vec![1.0_f32, 0.1, 1e-2, 1e-3, 1e-4]), -4_i32..4),
-        behind in prop::bool::ANY,
-        rounded in prop::bool::ANY,
-    ) {
-        // Multiples of 2^-10 make the corners a parallelogram's to the last bit.
-        let grid = |v: Vec3| (v * 1024.0).round() / 1024.0;
-        let [a, e, f] = if rounded { [a, e, f] } else { [a, e, f].map(grid) };
-        prop_assume!(e.cross(f).length() > 1e-2);
-        let quad = Quad::from_corners([a, a + e, a + e + f, a + f]);
-        prop_assert!(rounded || quad.inverse.is_some());
-        let n = quad.normal();
-        let to = a + e * u + f * v;
-        let across = side - n * n.dot(side);
-        let d = (across + n * (tilt * side.dot(n).signum())).normalize_or(n);
-        let o = to - d * 2.0_f32.powi(away - 6);
-        let scale = 10.0_f32.powi(length);
-        let ray = Ray {
-            tmin: f32::MIN,
-            ..Ray::new(o, d * if behind { -scale } else { scale })
-        };
-        let attempt = quad.attempt_one(&ray);
-        let (_, is_on_ray) = rounded_hit(&ray, f64::from(attempt.hit.t), 0.0);
-        if is_on_ray && attempt.answer != Attempt::UNKNOWN {
-            prop_assert_eq!(attempt.answer == Attempt::MEETS, quad.has_edges_around(&ray));
-        }
-    }
-}
 
 #[test]
 fn u_and_v_of_a_parallelogram_are_those_of_any_quad() {
@@ -109,18 +65,4 @@ fn light_samples_lie_where_rays_meet_the_quad() {
             assert!(off < 2e-7, "{off}");
         }
     }
-}
-
-#[test]
-fn u_and_v_tell_nearly_always() {
-    let quad = Quad::from_corners([Vec3::ZERO, Vec3::X, Vec3::X + Vec3::Y, Vec3::Y]);
-    let told = (0..10_000).filter(|i| {
-        let at = |k: i32| (i % k) as f32 / k as f32;
-        let ray = Ray::new(
-            Vec3::new(at(100) * 3.0, 2.0, 1.0 + at(7)),
-            Vec3::new(at(11) - 0.5, at(13) - 0.9, -0.5),
-        );
-        quad.attempt_one(&ray).answer != Attempt::UNKNOWN
-    });
-    assert!(told.count() > 9_500);
 }

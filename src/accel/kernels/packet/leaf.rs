@@ -202,7 +202,7 @@ impl PacketLeafQueue {
                     loaded = at;
                     packet.origin_data(level, block, &mut origin_data);
                 }
-                let found = packet.shared_triangle(level, &origin_data, k, block.ids[k]);
+                let found = packet.shared_triangle(level, &origin_data, k, block.keys[k]);
                 nearer |= u64::from(found) << id;
             }
             // SAFETY: by this function's own contract.
@@ -320,7 +320,7 @@ impl Packet {
                 ];
                 faces(&o, negative, &world)
             };
-            met |= self.triangle(level, &corners, || plane(&corners), faces, block.ids[k]);
+            met |= self.triangle(level, &corners, || plane(&corners), faces, block.keys[k]);
         }
         met
     }
@@ -366,7 +366,7 @@ impl Packet {
 
     /// Stores the nearer hits on a triangle of such a block. Returns whether there are any.
     #[inline(always)]
-    fn shared_triangle<L: SimdLevel>(&mut self, level: L, origin_data: &OriginData, k: usize, id: u32) -> bool {
+    fn shared_triangle<L: SimdLevel>(&mut self, level: L, origin_data: &OriginData, k: usize, key: u32) -> bool {
         let [a, b, c] = origin_data.corners.each_ref();
         let corners = [
             spread(level, a.each_ref(), k),
@@ -381,7 +381,7 @@ impl Packet {
             near: spread(level, origin_data.near.each_ref(), k),
             far: spread(level, origin_data.far.each_ref(), k),
         };
-        self.triangle(level, &corners, plane, faces, id)
+        self.triangle(level, &corners, plane, faces, key)
     }
 
     /// Stores the nearer hits on a triangle. Returns whether there are any.
@@ -392,7 +392,7 @@ impl Packet {
         corners: &[Vec3s<L::F16>; 3],
         plane: impl FnOnce() -> TrianglePlane<L::F16>,
         faces: impl FnOnce() -> Faces<L::F16>,
-        id: u32,
+        key: u32,
     ) -> bool {
         let sides = sides(
             corners,
@@ -415,21 +415,21 @@ impl Packet {
         let mut nearer = valid.and(meets.t.lt(t));
         let equal = valid.and(meets.t.eq(t)).bits();
         if equal != 0 {
-            nearer = nearer.or(level.mask16(self.wins(equal, id)));
+            nearer = nearer.or(level.mask16(self.wins(equal, key)));
         }
         self.t.0 = meets.t.select(nearer, t).to_array();
         self.u.0 = meets.u.select(nearer, level.load16(&self.u.0)).to_array();
         self.v.0 = meets.v.select(nearer, level.load16(&self.v.0)).to_array();
-        let ids = level.splat16(f32::from_bits(id));
-        self.id.0 = ids.select(nearer, level.load16(&self.id.0)).to_array();
+        let keys = level.splat16(f32::from_bits(key));
+        self.key.0 = keys.select(nearer, level.load16(&self.key.0)).to_array();
         true
     }
 
-    /// Returns the `equal` hits whose primitive id is lower than that of the current hit.
+    /// Returns the `equal` hits whose key is lower than that of the current hit.
     #[cold]
     #[inline(never)]
-    fn wins(&self, equal: u32, id: u32) -> u32 {
-        let wins = (0..self.id.0.len()).filter(|&k| equal >> k & 1 == 1 && id < self.id.0[k].to_bits());
+    fn wins(&self, equal: u32, key: u32) -> u32 {
+        let wins = (0..self.key.0.len()).filter(|&k| equal >> k & 1 == 1 && key < self.key.0[k].to_bits());
         wins.fold(0, |bits, k| bits | 1 << k)
     }
 }

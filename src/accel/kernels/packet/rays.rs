@@ -58,11 +58,11 @@ pub struct Packet {
     pub shear: [Each; 2],
     pub begin: Each,
     pub until: Each,
-    /// The nearest hits so far; ids of primitives are stored as bits.
+    /// The nearest hits so far; keys are stored as bits.
     pub t: Each,
     pub u: Each,
     pub v: Each,
-    pub id: Each,
+    pub key: Each,
     pub tmins: Each,
     /// The offset of each ray's origin along the main axis, relative to the foremost one; zero or
     /// negative.
@@ -148,7 +148,7 @@ impl Packet {
         self.t.0 = tmax.to_array();
         self.u = Each([0.0; RAYS]);
         self.v = Each([0.0; RAYS]);
-        self.id = Each([f32::from_bits(NOTHING); RAYS]);
+        self.key = Each([f32::from_bits(NOTHING); RAYS]);
         if list.ids.iter().any(|&id| hits[id as usize].is_some()) {
             self.recall(rays, hits);
         }
@@ -252,7 +252,7 @@ impl Packet {
             let tmax = rays[id as usize].tmax;
             let known = Best::of(&hits[id as usize], tmax);
             (self.t.0[k], self.u.0[k], self.v.0[k]) = (known.t, known.u, known.v);
-            self.id.0[k] = f32::from_bits(known.id);
+            self.key.0[k] = f32::from_bits(known.key);
         }
     }
 
@@ -274,7 +274,7 @@ impl Packet {
                     t: self.t.0[k],
                     u: self.u.0[k],
                     v: self.v.0[k],
-                    id: self.id.0[k].to_bits(),
+                    key: self.key.0[k].to_bits(),
                 },
                 InstanceId::NONE,
             );

@@ -100,7 +100,7 @@ fn test<L: SimdLevel>(
                 Attempt::MEETS => Some(hit),
                 _ => geometry.intersect_shape(placed, &packet.line(k, rays), || packet.slabs(k)),
             };
-            nearer |= hit.is_some_and(|hit| packet.keep_nearer(k, &hit, index + 1));
+            nearer |= hit.is_some_and(|hit| packet.keep_nearer(k, &hit, PrimId::new(index).key(0)));
         }
     }
     nearer
@@ -116,20 +116,20 @@ impl Packet {
         }
     }
 
-    /// Stores the hit of a lane with the primitive `id - 1` if it is the nearest. Returns whether it is.
+    /// Stores the hit of a lane, with this key, if it is the nearest. Returns whether it is.
     #[inline(always)]
-    fn keep_nearer(&mut self, k: usize, hit: &ShapeHit, id: u32) -> bool {
+    fn keep_nearer(&mut self, k: usize, hit: &ShapeHit, key: u32) -> bool {
         let best = Best {
             t: self.t.0[k],
             u: self.u.0[k],
             v: self.v.0[k],
-            id: self.id.0[k].to_bits(),
+            key: self.key.0[k].to_bits(),
         };
-        if !best.loses_to(hit.t, id) {
+        if !best.loses_to(hit.t, key) {
             return false;
         }
         (self.t.0[k], self.u.0[k], self.v.0[k]) = (hit.t, hit.u, hit.v);
-        self.id.0[k] = f32::from_bits(id);
+        self.key.0[k] = f32::from_bits(key);
         true
     }
 }

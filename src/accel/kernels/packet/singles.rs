@@ -171,9 +171,9 @@ unsafe fn test<L: SimdLevel>(
         let i = valid.trailing_zeros() as usize % EIGHT;
         valid &= valid - 1;
         let (id, lane) = (lanes[i] as usize / RAYS % PACKETS, lanes[i] as usize % RAYS);
-        // SAFETY: the ids follow the vertices of a block.
-        let prim = unsafe { *triangles[i].add(9 * BLOCK_TRIANGLES) }.to_bits();
-        let found = packets[id].keep(lane, [t[i], u[i], v[i]], prim);
+        // SAFETY: the keys follow the vertices of a block.
+        let key = unsafe { *triangles[i].add(9 * BLOCK_TRIANGLES) }.to_bits();
+        let found = packets[id].keep(lane, [t[i], u[i], v[i]], key);
         nearer |= u64::from(found) << id;
     }
     nearer
@@ -217,12 +217,12 @@ unsafe fn row<L: SimdLevel>(level: L, [a, b, c, d, e, f, g, h]: &[*const f32; EI
 impl Packet {
     /// Stores a hit of one ray if it is nearer. Returns whether it is.
     #[inline(always)]
-    fn keep(&mut self, lane: usize, [t, u, v]: [f32; 3], id: u32) -> bool {
-        let (best, number) = (self.t.0[lane], self.id.0[lane].to_bits());
-        let is_nearer = t < best || (t == best && id < number);
+    fn keep(&mut self, lane: usize, [t, u, v]: [f32; 3], key: u32) -> bool {
+        let (best, before) = (self.t.0[lane], self.key.0[lane].to_bits());
+        let is_nearer = t < best || (t == best && key < before);
         if is_nearer {
             (self.t.0[lane], self.u.0[lane], self.v.0[lane]) = (t, u, v);
-            self.id.0[lane] = f32::from_bits(id);
+            self.key.0[lane] = f32::from_bits(key);
         }
         is_nearer
     }

@@ -1,0 +1,102 @@
+//! A flat parallelogram, which rays are traced against as two triangles.
+
+use crate::math::{Aabb, DVec3, Transform, Vec2, Vec3, float::gamma};
+
+/// The least error of a point, relative to the largest coordinate, so that a ray leaves even a coordinate of exactly 0.
+const LEAST_ERROR: f32 = 1e-14;
+
+/// A parallelogram with the corners A, B, C and D, in order around it.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Parallelogram {
+    corners: [Vec3; 4],
+    /// The vectors whose products with a point relative to A are its u, along AB, and its v, along AD.
+    to_uv: [Vec3; 2],
+    /// Unit.
+    ng: Vec3,
+    /// See [`FlatPlace::p_error`].
+    p_error: Vec3,
+    bounds: Aabb,
+}
+
+/// A place on a parallelogram.
+#[derive(Clone, Copy, Debug)]
+pub struct FlatPlace {
+    pub p: Vec3,
+    /// Bound on the absolute error of each coordinate of `p`.
+    pub p_error: Vec3,
+    /// Unit.
+    pub ng: Vec3,
+    /// The part of the way from A to B and to D, each in `[0, 1]`.
+    pub uv: Vec2,
+}
+
+impl Parallelogram {
+    /// The parallelogram with these corners, up to the rounding of C, in the shape's own space.
+    pub(super) fn new(corners: [Vec3; 4], to_uv: [DVec3; 2], ng: Vec3) -> Self {
+        Self {
+            corners,
+            to_uv: to_uv.map(|v| v.as_vec3()),
+            ng,
+            p_error: error(corners, ng),
+            bounds: Aabb::from_points(corners),
+        }
+    }
+
+    /// The triangles ABC and ACD.
+    #[inline(always)]
+    pub fn halves(&self) -> [[Vec3; 3]; 2] {
+        let [a, b, c, d] = self.corners;
+        [[a, b, c], [a, c, d]]
+    }
+
+    /// The place at a point that is nearly on it.
+    #[inline(always)]
+    pub fn place(&self, p: Vec3) -> FlatPlace {
+        FlatPlace {
+            p: on_plane(p, self.corners[0], self.ng, &self.bounds),
+            p_error: self.p_error,
+            ng: self.ng,
+            uv: self.uv(p),
+        }
+    }
+
+    /// The same in world space, where the point is.
+    #[inline(never)]
+    pub fn place_in_world(&self, t: &Transform, p: Vec3) -> FlatPlace {
+        let corners = self.corners.map(|p| t.point_to_world(p));
+        let ng = t.normal_to_world(self.ng).normalize();
+        FlatPlace {
+            p: on_plane(p, corners[0], ng, &Aabb::from_points(corners)),
+            p_error: error(corners, ng),
+            ng,
+            uv: self.uv(t.point_to_local(p)),
+        }
+    }
+
+    #[inline(always)]
+    fn uv(&self, p: Vec3) -> Vec2 {
+        let (h, [u, v]) = (p - self.corners[0], self.to_uv);
+        Vec2::new(h.dot(u), h.dot(v)).clamp(Vec2::ZERO, Vec2::ONE)
+    }
+}
+
+/// The point of the plane through `corner` that is nearest to `p`, and not beyond the edges of a wall along two axes. It is as precise
+/// as `p`, which parameters of a large floor are not.
+#[inline(always)]
+fn on_plane(p: Vec3, corner: Vec3, ng: Vec3, bounds: &Aabb) -> Vec3 {
+    (p + ng * (corner - p).dot(ng)).clamp(bounds.min, bounds.max)
+}
+
+/// The bound on the error of a point, and of the place where a ray meets the triangles.
+///
+/// It has the parts of [`TrianglePoint::p_error`](super::triangle::TrianglePoint), with the largest numbers that the point of
+/// any triangle has, and the rounding of C.
+fn error([a, b, c, d]: [Vec3; 4], ng: Vec3) -> Vec3 {
+    let (e, f) = (b - a, d - a);
+    let (widest, twice_area) = (e.abs() + f.abs(), e.cross(f).length());
+    let sum = a.abs() + widest;
+    let of_plane = 12.0 * gamma(10) * (widest.x * widest.y * widest.z / twice_area);
+    // Of a needle it ends at the needle's width.
+    let width = twice_area / e.length().max(f.length());
+    sum * gamma(4) + (c - b - f).abs() + ng.abs() * of_plane.min(width) + sum.max_element() * LEAST_ERROR
+}
