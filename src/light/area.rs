@@ -76,7 +76,7 @@ impl AreaSample {
 pub fn sample_shape(shape: &Shape, transform: Option<&Transform>, from: Vec3, u: Vec2) -> Option<(AreaSample, Vec3)> {
     let from_local = transform.map_or(from, |t| t.point_to_local(from));
     let local = shape.sample(from_local, u)?;
-    let sample = match transform {
+    let mut sample = match transform {
         None => AreaSample::in_world(local.p, local.ng, local.pdf),
         Some(t) => {
             let to = local.p - from_local;
@@ -89,6 +89,9 @@ pub fn sample_shape(shape: &Shape, transform: Option<&Transform>, from: Vec3, u:
             }
         }
     };
+    if let Some(flat) = shape.parallelogram() {
+        sample.p_error += flat.plane_error(transform);
+    }
     (sample.pdf > 0.0 && sample.pdf.is_finite()).then_some((sample, local.p))
 }
 

@@ -73,6 +73,17 @@ impl Parallelogram {
         }
     }
 
+    /// Bound on the distance between the plane and the place where a ray meets the triangles; in world space if there is a transform to
+    /// it.
+    #[inline]
+    pub fn plane_error(&self, t: Option<&Transform>) -> f32 {
+        let Some(t) = t else {
+            return self.p_error.dot(self.ng.abs());
+        };
+        let ng = t.normal_to_world(self.ng).normalize();
+        error(self.corners.map(|p| t.point_to_world(p)), ng).dot(ng.abs())
+    }
+
     #[inline(always)]
     fn uv(&self, p: Vec3) -> Vec2 {
         let (h, [u, v]) = (p - self.corners[0], self.to_uv);

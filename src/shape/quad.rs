@@ -340,7 +340,8 @@ impl ShapeKind for Quad {
     #[inline]
     fn put_in_block(&self, lane: usize, block: &mut SampleBlock) -> bool {
         let Some(lengths) = self.lengths else { return false };
-        block.set_rectangle(lane, &self.rectangle(lengths));
+        let plane_error = self.parallelogram.map_or(0.0, |flat| flat.plane_error(None));
+        block.set_rectangle(lane, &self.rectangle(lengths), plane_error);
         true
     }
 

@@ -21,6 +21,8 @@ pub struct SampleBlock {
     rectangles: Columns<Rectangle, 14>,
     triangles: Columns<[Vec3; 3], 9>,
     balls: Columns<Ball, 4>,
+    /// [`Parallelogram::plane_error`](super::Parallelogram::plane_error) of each lane's emitter.
+    plane_errors: Each,
     points: Points,
 }
 
@@ -75,6 +77,7 @@ impl SampleBlock {
         rectangles: Columns::EMPTY,
         triangles: Columns::EMPTY,
         balls: Columns::EMPTY,
+        plane_errors: [0.0; LANES],
         points: Points::EMPTY,
     };
 
@@ -92,12 +95,14 @@ impl SampleBlock {
         self.rectangles.is_used[lane] = 0;
         self.triangles.is_used[lane] = 0;
         self.balls.is_used[lane] = 0;
+        self.plane_errors[lane] = 0.0;
     }
 
     #[inline(always)]
-    pub(super) fn set_rectangle(&mut self, lane: usize, rectangle: &Rectangle) {
+    pub(super) fn set_rectangle(&mut self, lane: usize, rectangle: &Rectangle, plane_error: f32) {
         self.clear(lane % LANES);
         self.rectangles.put(lane % LANES, rectangle);
+        self.plane_errors[lane % LANES] = plane_error;
     }
 
     #[inline(always)]
@@ -133,7 +138,7 @@ impl SampleBlock {
         let vector = |k: usize| Vec3::new(numbers[k][lane], numbers[k + 1][lane], numbers[k + 2][lane]);
         SampledPoint {
             p: vector(0),
-            p_error: vector(3),
+            p_error: vector(3) + self.plane_errors[lane],
             ng: vector(6),
             pdf: numbers[9][lane],
             is_known: is_known[lane] != 0,

@@ -109,3 +109,70 @@ fn lamps_for_many_surfaces_are_those_for_single_ones() {
         assert!(lit > 50, "{lit} lit");
     }
 }
+
+/// Large and tilted lamps near what they light, needles too, also turned and stretched; by one sample and in blocks.
+#[test]
+fn no_lamp_of_a_quad_hides_its_own_light() {
+    let lamps = [
+        (
+            [
+                [-60.0, 10.0, -40.0],
+                [40.0, 50.0, -60.0],
+                [60.0, -10.0, 40.0],
+                [-40.0, -50.0, 60.0],
+            ],
+            None,
+        ),
+        (
+            [
+                [0.5, 26.0, 33.0],
+                [0.5, -26.0, -33.0],
+                [0.5, -78.0, -99.0],
+                [0.5, -26.0, -33.25],
+            ],
+            None,
+        ),
+        (
+            [
+                [-30.0, 0.0, -30.0],
+                [-30.0, 0.0, 30.0],
+                [30.0, 0.0, 30.0],
+                [30.0, 0.0, -30.0],
+            ],
+            place([0.3, -0.4, 0.1], [20.0, 45.0, 53.0], [2.0, 1.0, 0.5]),
+        ),
+        (
+            [
+                [0.0, 26.08479, 33.0],
+                [0.0, -26.08479, -33.0],
+                [0.0, -77.80479, -99.0],
+                [0.0, -25.63521, -33.0],
+            ],
+            place([-0.416, -0.47466, 0.053], [-19.788, -45.4, 53.302], [2.0, 1.0, 0.5]),
+        ),
+    ];
+    for (corners, transform) in lamps {
+        let mut builder = dark();
+        let material = builder.material(shining(Color::Constant(Rgb::WHITE), Sidedness::Both));
+        add(
+            &mut builder,
+            &format!("quad = {{ corners = {corners:?} }}"),
+            transform,
+            material,
+        );
+        let scene = builder.build(AccelKind::default()).expect("a scene");
+        let (mut count, mut hidden) = (0, 0);
+        for i in 0..4000 {
+            let [at, u] = numbers(12, i);
+            let from = Vec3::new(at.x - 0.5, at.y + 0.2, at.x * at.y - 0.3);
+            let Some(sample) = scene.sample_light(LightId(0), from, u) else {
+                continue;
+            };
+            let mut blocked = [false];
+            let ray = Ray::segment(from, sample.wi * sample.distance, 1.0);
+            scene.geometry.accel.occluded(&[ray], &mut blocked);
+            (count, hidden) = (count + 1, hidden + u32::from(blocked[0]));
+        }
+        assert!(count > 1000 && hidden == 0, "{corners:?}: {hidden} of {count}");
+    }
+}
