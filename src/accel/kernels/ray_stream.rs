@@ -19,7 +19,7 @@ use super::{
     scratch::Scratch,
     slot_set::{SLOTS, pop_lowest},
     stack::Stacks,
-    traversal::{self, Active, Traverser},
+    traversal::{self, Active, NodePass, Traverser},
     traversal_state::TraversalState,
     tree::{Starts, WideTree},
 };
@@ -154,7 +154,8 @@ pub fn trace<L: SimdLevel, Q: Query, const INSTANCES: bool>(
             at_leaf = 0;
         }
         // SAFETY: these slots wait at nodes, and `stacks` are their stacks.
-        unsafe { traversal::step_apart::<L, Q, _, SLOTS>(level, tree, &starts, &mut active, at_node, stacks) };
+        let pass = unsafe { NodePass::<L, Q, _, SLOTS>::new(level, tree, &starts, &mut active, at_node, stacks) };
+        pass.run_apart();
         let mut shapes_wait = false;
         let mut at_shape = at_leaf & shape_or_done;
         while at_shape != 0 {

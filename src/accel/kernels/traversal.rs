@@ -47,74 +47,9 @@ struct ChildHits<'t, L: SimdLevel> {
     enter: L::F8,
 }
 
-/// Tests all in `waiting` against the node in `nodes` that `next` gives, and pushes the children
-/// that are hit on their stacks. Rays also pop their next child.
-///
-/// # Safety
-/// All in `waiting` are at one of the `nodes`, and `stacks` are their stacks, made for the tree.
-#[inline(always)]
-pub unsafe fn step<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
-    level: L,
-    tree: &WideTree,
-    starts: &Starts,
-    active: &mut Active<'_, T, N>,
-    mut waiting: u64,
-    stacks: Stacks,
-) {
-    if waiting == 0 {
-        return;
-    }
-    // A child is popped one iteration after the pushes. The first iteration pops an arbitrary
-    // child, which the next one corrects. The loop is unrolled twice, so that no register moves are
-    // needed between iterations.
-    let mut last = (waiting.trailing_zeros() as usize, 0);
-    loop {
-        // SAFETY: by this function's own contract.
-        unsafe {
-            let first = visit::<L, Q, T, N>(level, tree, active, &mut waiting, stacks);
-            pop_late::<L, T, N>(level, starts, active, last, stacks);
-            last = first;
-            if waiting == 0 {
-                break;
-            }
-            let second = visit::<L, Q, T, N>(level, tree, active, &mut waiting, stacks);
-            pop_late::<L, T, N>(level, starts, active, first, stacks);
-            last = second;
-            if waiting == 0 {
-                break;
-            }
-        }
-    }
-    // SAFETY: by this function's own contract.
-    unsafe { pop_late::<L, T, N>(level, starts, active, last, stacks) };
-}
-
-/// Does what [`step`] does, in a function of its own: its loop keeps all addresses in registers, whatever the kernel around it needs.
-///
-/// # Safety
-/// The contract is that of [`step`].
-#[inline(never)]
-pub unsafe fn step_apart<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
-    level: L,
-    tree: &WideTree,
-    starts: &Starts,
-    active: &mut Active<'_, T, N>,
-    waiting: u64,
-    stacks: Stacks,
-) {
-    level.dispatch(Step::<L, Q, T, N> {
-        level,
-        tree,
-        starts,
-        active,
-        waiting,
-        stacks,
-        query: PhantomData,
-    });
-}
-
-/// A pass of [`step_apart`], which is made there alone.
-struct Step<'a, 's, L, Q, T, const N: usize> {
+/// A pass over the inner nodes: tests all in `waiting` against the node that `next` gives, and pushes the children that are hit on their
+/// stacks. Rays also pop their next child.
+pub struct NodePass<'a, 's, L, Q, T, const N: usize> {
     level: L,
     tree: &'a WideTree,
     starts: &'a Starts,
@@ -124,7 +59,37 @@ struct Step<'a, 's, L, Q, T, const N: usize> {
     query: PhantomData<Q>,
 }
 
-impl<L: SimdLevel, Q: Query, T: Traverser, const N: usize> VectorLoop for Step<'_, '_, L, Q, T, N> {
+impl<'a, 's, L: SimdLevel, Q: Query, T: Traverser, const N: usize> NodePass<'a, 's, L, Q, T, N> {
+    /// # Safety
+    /// All in `waiting` are at one of the tree's nodes, and `stacks` are their stacks, made for the tree.
+    #[inline(always)]
+    pub unsafe fn new(
+        level: L,
+        tree: &'a WideTree,
+        starts: &'a Starts,
+        active: &'a mut Active<'s, T, N>,
+        waiting: u64,
+        stacks: Stacks<'a>,
+    ) -> Self {
+        Self {
+            level,
+            tree,
+            starts,
+            active,
+            waiting,
+            stacks,
+            query: PhantomData,
+        }
+    }
+
+    /// Runs the pass in a function of its own: its loop keeps all addresses in registers, whatever the kernel around it needs.
+    #[inline(never)]
+    pub fn run_apart(self) {
+        self.level.dispatch(self);
+    }
+}
+
+impl<L: SimdLevel, Q: Query, T: Traverser, const N: usize> VectorLoop for NodePass<'_, '_, L, Q, T, N> {
     #[inline(always)]
     fn run(self) {
         let Self {
@@ -132,19 +97,43 @@ impl<L: SimdLevel, Q: Query, T: Traverser, const N: usize> VectorLoop for Step<'
             tree,
             starts,
             active,
-            waiting,
+            mut waiting,
             stacks,
             ..
         } = self;
-        // SAFETY: by the contract of `step_apart`.
-        unsafe { step::<L, Q, T, N>(level, tree, starts, active, waiting, stacks) };
+        if waiting == 0 {
+            return;
+        }
+        // A child is popped one iteration after the pushes. The first iteration pops an arbitrary
+        // child, which the next one corrects. The loop is unrolled twice, so that no register moves
+        // are needed between iterations.
+        let mut last = (waiting.trailing_zeros() as usize, 0);
+        loop {
+            // SAFETY: by the contract of `new`.
+            unsafe {
+                let first = visit::<L, Q, T, N>(level, tree, active, &mut waiting, stacks);
+                pop_late::<L, T, N>(level, starts, active, last, stacks);
+                last = first;
+                if waiting == 0 {
+                    break;
+                }
+                let second = visit::<L, Q, T, N>(level, tree, active, &mut waiting, stacks);
+                pop_late::<L, T, N>(level, starts, active, first, stacks);
+                last = second;
+                if waiting == 0 {
+                    break;
+                }
+            }
+        }
+        // SAFETY: by the contract of `new`.
+        unsafe { pop_late::<L, T, N>(level, starts, active, last, stacks) };
     }
 }
 
 /// Tests the first in `waiting`. Returns its index and the place of the topmost child of its stack.
 ///
 /// # Safety
-/// The contract is that of [`step`]; `waiting` is not empty.
+/// The contract is that of [`NodePass::new`]; `waiting` is not empty.
 #[inline(always)]
 unsafe fn visit<L: SimdLevel, Q: Query, T: Traverser, const N: usize>(
     level: L,

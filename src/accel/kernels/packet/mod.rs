@@ -15,14 +15,14 @@ use super::{
     query::Nearest,
     scratch::Scratch,
     slot_set::pop_lowest,
-    traversal::{self, Active, Traverser},
+    traversal::{self, Active, NodePass, Traverser},
     traversal_state::TraversalState,
     tree::WideTree,
 };
 use crate::{
     accel::wide::node::{DONE, EMPTY, SHAPE, WideNode, number},
     geometry::{Geometry, Hit},
-    math::Ray,
+    math::{Ray, VectorLoop},
     simd::lanes::SimdLevel,
 };
 use leaf::PacketLeafQueue;
@@ -198,7 +198,9 @@ pub fn trace<L: SimdLevel>(
         let at_node = active_set ^ at_leaf;
         visited += u64::from(active_set.count_ones());
         // SAFETY: these packets wait at nodes, and `stacks` are their stacks.
-        unsafe { traversal::step::<L, Nearest, _, PACKETS>(level, tree, &starts, &mut active, at_node, stacks) };
+        let pass =
+            unsafe { NodePass::<L, Nearest, _, PACKETS>::new(level, tree, &starts, &mut active, at_node, stacks) };
+        pass.run();
         let mut at_leaf = at_leaf;
         // The packets that have rays which were shortened.
         let mut nearer = 0;
