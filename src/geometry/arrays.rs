@@ -165,7 +165,7 @@ impl Geometry {
     #[inline]
     pub(crate) fn place_on_parallelogram(&self, placed: &PlacedShape, ray: &Ray, t: f32) -> Option<FlatPlace> {
         let own = placed.shape.parallelogram()?;
-        let p = ray.o + ray.d * t;
+        let p = ray.at(t);
         Some(match self.transform(placed) {
             None => own.place(p),
             Some(transform) => own.place_in_world(transform, p),

@@ -76,7 +76,6 @@ fn camera_rays_meet_parallelograms_as_single_rays_do() {
     assert!(compare(g, &rays) > 19_000);
 }
 
-/// A ray through the middle of a wall whose corners are the scene's: nothing passes between two walls.
 #[test]
 fn nothing_passes_between_walls_that_share_an_edge() {
     let mut g = Geometry::default();
