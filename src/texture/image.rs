@@ -56,7 +56,7 @@ pub enum TextureFilter {
     Nearest,
 }
 
-/// Pieces that the part of a footprint beyond an edge of the picture is taken apart into, at most. It of a footprint beyond an edge of the picture, which sees one row or column of texels.
+/// The largest number of pieces of the part of a footprint beyond an edge of the picture, which sees one row or column of texels.
 const MAX_EDGE_PROBES: u32 = 64;
 
 /// The colour outside of the picture.
