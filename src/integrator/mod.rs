@@ -121,26 +121,30 @@ pub struct Bounces {
     pub transmission: u16,
     /// Transmissions without refraction, except at the first surface.
     pub straight: u8,
+    /// Whether there was one event of a kind more than the limits have.
+    #[serde(skip)]
+    pub exceed: bool,
     /// Where the ray comes from.
     #[serde(skip)]
     pub ray: RayKind,
 }
 
 impl Bounces {
-    /// Adds an event by `lobe`; `None` if that exceeds the limits.
+    /// Adds an event by `lobe`.
     #[inline(always)]
-    pub fn and(mut self, lobe: Lobe, limits: Self) -> Option<Self> {
+    pub fn and(mut self, lobe: Lobe, limits: Self) -> Self {
         let (count, limit) = match lobe {
             Lobe::Diffuse => (&mut self.diffuse, limits.diffuse),
             Lobe::Specular => (&mut self.specular, limits.specular),
             Lobe::Transmission => (&mut self.transmission, limits.transmission),
         };
         if *count >= limit {
-            return None;
+            self.exceed = true;
+        } else {
+            *count += 1;
         }
-        *count += 1;
         self.ray = lobe.into();
-        Some(self)
+        self
     }
 }
 

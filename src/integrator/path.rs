@@ -3,7 +3,7 @@
 //! | key | type | unit | default |
 //! |---|---|---|---|
 //! | `max_depth` | longest path, in ray segments from the camera, at least 1 | | 8 |
-//! | `max_diffuse`, `max_specular`, `max_transmission` | how many scattering events of the kind a path may have | | only `max_depth` |
+//! | `max_diffuse`, `max_specular`, `max_transmission` | how many scattering events of the kind may lead on to other surfaces. The light that comes straight from lights and the background is scattered at each surface all the same: 0 leaves direct light | | only `max_depth` |
 //! | `roulette_depth` | segments after which Russian roulette may end paths: those that carry less than a quarter of the light in proportion to it, and one in 50 others. This adds no bias | | 4 |
 //! | `clamp_direct` | number above 0: limit of the light that comes from a light or the background by way of one surface alone | W m^-2 sr^-1 | no limit |
 //! | `clamp_indirect` | number above 0: limit of a path's light after two surfaces or more. It trades fireflies for lost light | W m^-2 sr^-1 | no limit |
@@ -80,6 +80,7 @@ impl PathDesc {
                 specular: limit(self.max_specular),
                 transmission: limit(self.max_transmission),
                 straight: u8::MAX,
+                exceed: false,
                 ray: RayKind::default(),
             },
             roulette_depth: self.roulette_depth.map_or(4, |d| d.0),
@@ -181,9 +182,7 @@ impl PathTracer {
         };
         let (scene, path) = (context.scene, context.path);
         if !scene.lights.lamps().is_empty() {
-            // A light that lies in a surface is in front of it, as it is for shadow rays.
-            let rounding = (surface.p.abs().max_element() + surface.t) * 1e-6;
-            self.lamps(context, surface.t + rounding, out);
+            self.lamps(context, surface.t, out);
         }
         if !path.last.media.is_empty() {
             out.attenuate(scene.transmittance(path.last.media, surface.t - context.ray.tmin));
@@ -194,6 +193,13 @@ impl PathTracer {
         }
         if path.depth >= self.limits.max_depth {
             return;
+        }
+        if path.last.bounces.exceed {
+            // It only looks for lights, and passes what shadow rays pass.
+            let is_opaque = known.reflecting.is_some() || known.diffuse.is_some();
+            if is_opaque || !scene.shading.media.lets_shadow_rays_through() {
+                return;
+            }
         }
         if let Some(known) = known.reflecting {
             return self.reflect(context, surface, (known.lights(surface), known.path(surface)), out);
@@ -243,7 +249,7 @@ impl PathTracer {
             out.add_shadow_ray(
                 light.shadow_ray,
                 self.limits.clamped(path, 1, light.l),
-                || self.limits.passage(path, path.last.media),
+                || self.limits.passage(path, path.last.media, false),
                 || Tag {
                     group: scene.group_of(light.chosen.light),
                     lobes: Lobes::reflected(light.f_cos, light.diffuse),

@@ -57,11 +57,11 @@ impl PathLimits {
         all.into_iter().flatten().collect()
     }
 
-    /// The bounces and the weight of the path if `lobe` continues it; `None` if a limit or the roulette ends it.
+    /// The bounces and the weight of the path if `lobe` continues it; `None` if the roulette ends it.
     #[inline(always)]
     pub(super) fn go_on(&self, context: &VertexContext<'_>, lobe: Lobe, weight: Rgb) -> Option<(Bounces, Rgb)> {
         let path = context.path;
-        let bounces = path.last.bounces.and(lobe, self.bounces)?;
+        let bounces = path.last.bounces.and(lobe, self.bounces);
         if path.depth < self.roulette_depth {
             return Some((bounces, weight));
         }
@@ -70,10 +70,11 @@ impl PathLimits {
         (u < survival).then(|| (bounces, weight / survival))
     }
 
-    /// The passage of a shadow ray that starts in `media`.
+    /// The passage of a shadow ray that starts in `media`, behind the surface if that is `transmitted`.
     #[cold]
-    pub(super) fn passage(&self, path: &PathState, media: MediumStack) -> ShadowPassage {
-        let transmissions = self.bounces.transmission - path.last.bounces.transmission;
+    pub(super) fn passage(&self, path: &PathState, media: MediumStack, transmitted: bool) -> ShadowPassage {
+        let events = path.last.bounces.transmission.saturating_add(transmitted.into());
+        let transmissions = self.bounces.transmission.saturating_sub(events);
         ShadowPassage {
             media,
             surfaces: (self.max_depth - path.depth - 1).min(transmissions.into()),

@@ -75,7 +75,7 @@ impl Scatter<'_, '_> {
         };
         let (scene, path) = (context.scene, context.path);
         // A delta lobe reflects no sampled light.
-        if !bsdf.is_delta() && !scene.lights.is_empty() {
+        if !bsdf.is_delta() && !scene.lights.is_empty() && !path.last.bounces.exceed {
             let how = DirectLight {
                 strategy,
                 clamp: |l| limits.clamped(path, 1, l),
@@ -111,6 +111,7 @@ fn go_on(
     let Some(sample) = shading.bsdf.sample_prepared(&shading.prepared, shading.wo_local, uc, u) else {
         return;
     };
+    let may_pass = path.last.bounces.transmission < limits.bounces.transmission;
     let Some((mut bounces, weight)) = limits.go_on(context, sample.lobe, sample.weight) else {
         return;
     };
@@ -127,7 +128,13 @@ fn go_on(
     } else {
         path.last.media
     };
-    if sample.is_straight() && context.scene.shading.media.lets_shadow_rays_through() {
+    let is_passed_straight = sample.is_straight()
+        && context.scene.shading.media.lets_shadow_rays_through()
+        && !shading.bsdf.straight(shading.wo_local).is_black();
+    if is_passed_straight {
+        if !may_pass {
+            return;
+        }
         // Shadow rays of the last vertex cross the surface in the same way: only the origin of the ray changes.
         bounces.straight = bounces.straight.saturating_add(u8::from(path.depth > 1));
         let ray = Ray {
@@ -140,6 +147,9 @@ fn go_on(
             ..path.last
         };
         return out.pass_straight(ray, weight, last);
+    }
+    if path.last.bounces.exceed {
+        return;
     }
     let (mut wi, mut pdf) = (shading.frame.to_world(sample.wi), sample.pdf);
     if shading.misses_far_side(wi, transmitted) {
@@ -170,7 +180,7 @@ fn shadow_passage(
     } else {
         context.path.last.media
     };
-    limits.passage(context.path, media)
+    limits.passage(context.path, media, transmitted)
 }
 
 /// The media on the other side of the surface from the path.

@@ -287,9 +287,15 @@ impl Scene {
     }
 
     /// The lights with a surface that a ray of unit direction meets before `end`, for a ray that comes straight from the camera or
-    /// for another one.
+    /// for another one. A light that lies in a surface at its end is in front of that surface, as it is for shadow rays, and so not
+    /// behind one that the ray has passed.
     pub fn lamps_along(&self, ray: &Ray, end: f32, is_from_camera: bool) -> impl Iterator<Item = LampHit> {
-        let ray = Ray { tmax: end, ..*ray };
+        let behind = |t: f32| t + (ray.at(t).abs().max_element() + t) * 1e-6;
+        let ray = Ray {
+            tmin: if ray.tmin > 0.0 { behind(ray.tmin) } else { ray.tmin },
+            tmax: if end.is_finite() { behind(end) } else { end },
+            ..*ray
+        };
         let tables = |light| self.light_tables(light);
         self.lights
             .lamps()
