@@ -107,7 +107,7 @@ impl Layered {
             return None;
         }
         let passes = self.layers.transmission > 0.0 || self.layers.diffuse_transmission > 0.0;
-        let inside = below && self.layers.boundary == Boundary::Solid && passes;
+        let inside = below && self.layers.refraction() == Boundary::Solid && passes;
         let eta = if inside { 1.0 / self.layers.ior } else { self.layers.ior };
         let [metal, diffuse, clear] = self.layers.parts();
 
@@ -223,7 +223,7 @@ impl Layered {
         let mut eval = BsdfEval::default();
         if i.z < 0.0 {
             if state.clear > 0.0 && !self.layers.facets.is_smooth() {
-                let facet = match self.layers.boundary {
+                let facet = match self.layers.refraction() {
                     Boundary::ThinWalled => self.layers.facets.reflection(o, mirrored(i)),
                     Boundary::Solid => self.layers.facets.transmission(o, i, state.eta),
                 };
@@ -273,7 +273,7 @@ impl Layered {
         let (i, lobe, eta) = match state.probabilities.choose(uc) {
             ChosenLobe::Sheen => (warp::square_to_hemisphere(u.square), Lobe::Diffuse, 1.0),
             ChosenLobe::Diffuse(uc) if uc < state.diffuse_passes => {
-                let eta = if self.layers.boundary == Boundary::Solid {
+                let eta = if self.layers.refraction() == Boundary::Solid {
                     state.eta
                 } else {
                     1.0
@@ -286,7 +286,10 @@ impl Layered {
             ChosenLobe::Base(uc) => {
                 let h = self.layers.facets.sample_normal(o, u.square);
                 let above = reflect(o, h);
-                match (uc < self.reflection_probability(state, o.dot(h)), self.layers.boundary) {
+                match (
+                    uc < self.reflection_probability(state, o.dot(h)),
+                    self.layers.refraction(),
+                ) {
                     (true, _) => (above, Lobe::Specular, 1.0),
                     (false, Boundary::ThinWalled) => (mirrored(above), Lobe::Transmission, 1.0),
                     (false, Boundary::Solid) => (refract(o, h, state.eta)?, Lobe::Transmission, state.eta),
@@ -326,7 +329,7 @@ impl Layered {
                 Lobe::Specular,
             ));
         }
-        let (i, eta) = match self.layers.boundary {
+        let (i, eta) = match self.layers.refraction() {
             Boundary::ThinWalled => (-o, 1.0),
             Boundary::Solid => (refract(o, Vec3::Z, state.eta)?, state.eta),
         };
@@ -371,11 +374,11 @@ impl BsdfKind for Layered {
     }
 
     fn reflects_totally(&self, wo_z: f32) -> bool {
-        self.layers.boundary == Boundary::Solid && self.layers.is_clear() && is_total(wo_z, self.layers.ior)
+        self.layers.refraction() == Boundary::Solid && self.layers.is_clear() && is_total(wo_z, self.layers.ior)
     }
 
     fn straight(&self, wo: Vec3) -> Rgb {
-        if !self.layers.is_clear() || !self.layers.facets.is_smooth() || self.layers.boundary == Boundary::Solid {
+        if !self.layers.is_clear() || !self.layers.facets.is_smooth() || self.layers.refraction() == Boundary::Solid {
             return Rgb::BLACK;
         }
         self.lobe_state(wo)

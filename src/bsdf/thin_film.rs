@@ -2,7 +2,7 @@
 //!
 //! Light is reflected at the top and at the bottom of the film and interferes; the series of
 //! bounces is cut after the second, and each order is integrated over the sensitivity of the eye,
-//! approximated by Gaussians, to linear sRGB.
+//! approximated by Gaussians, to the working space.
 //!
 //! Source: Belcour and Barla, "A Practical Extension to Microfacet Theory for the Modeling of
 //! Varying Iridescence", ACM TOG 36(4), 2017, doi:10.1145/3072959.3073620.
@@ -10,7 +10,7 @@
 use std::f32::consts::{PI, TAU};
 
 use super::fresnel::{dielectric, schlick_term};
-use crate::math::{Rgb, exponential, trig};
+use crate::math::{Rgb, WorkingSpace, exponential, trig};
 
 /// A thin film on a surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -21,6 +21,8 @@ pub struct ThinFilm {
     pub ior: f32,
     /// In metres.
     pub thickness: f32,
+    /// The space of the colours.
+    pub space: WorkingSpace,
 }
 
 impl ThinFilm {
@@ -29,6 +31,7 @@ impl ThinFilm {
         weight: 0.0,
         ior: 1.3,
         thickness: 0.0,
+        space: WorkingSpace::Rec709,
     };
 
     /// The reflectance at normal incidence that makes Schlick's approximation right at the cosine
@@ -82,7 +85,7 @@ impl ThinFilm {
         for m in [1.0, 2.0] {
             for (i, (round, _, turn)) in channels.iter().enumerate() {
                 order[i] *= round.sqrt();
-                sum[i] += order[i] * 2.0 * sensitivity(m * path, m * turn)[i];
+                sum[i] += order[i] * 2.0 * self.space.from_rec709(sensitivity(m * path, m * turn)).to_array()[i];
             }
         }
         // The bounds of the series leave a rest of a film that is no more.
@@ -92,7 +95,7 @@ impl ThinFilm {
 
 /// The linear sRGB response of the eye to a wave whose paths differ by `path` (m) and `shift`
 /// (radians).
-fn sensitivity(path: f32, shift: f32) -> [f32; 3] {
+fn sensitivity(path: f32, shift: f32) -> Rgb {
     // Of each Gaussian: height, position and variance in reciprocal metres; the last adds to X.
     const CURVES: [[f32; 3]; 4] = [
         [5.4856e-13, 1.6810e6, 4.3278e9],
@@ -106,11 +109,11 @@ fn sensitivity(path: f32, shift: f32) -> [f32; 3] {
         value * exponential::exp(-variance * phase * phase) / 1.0685e-7
     });
     let x = x + x2;
-    [
+    Rgb::new(
         3.2404542 * x - 1.5371385 * y - 0.4985314 * z,
         -0.969266 * x + 1.8760108 * y + 0.041556 * z,
         0.0556434 * x - 0.2040259 * y + 1.0572252 * z,
-    ]
+    )
 }
 
 #[cfg(test)]
@@ -123,6 +126,7 @@ mod tests {
             weight: 1.0,
             ior: 1.4,
             thickness,
+            ..ThinFilm::NONE
         };
         for f0 in [0.0, 0.04, 0.9] {
             for cos in [0.05, 0.5, 1.0] {

@@ -138,6 +138,8 @@ pub struct Principled {
     /// The thickness of the film, in metres, where `iridescence_place` is 0 and where it is 1.
     pub iridescence_thickness: [f32; 2],
     pub iridescence_place: Scalar,
+    /// The space of the colours of the film.
+    pub space: WorkingSpace,
     pub anisotropy: Scalar,
     /// Red and green are a direction along tangent and bitangent, with texels as they are: 0.5 is 0.
     pub anisotropy_direction: Option<Color>,
@@ -188,6 +190,7 @@ impl Default for Principled {
             iridescence: none,
             iridescence_ior: 1.3,
             iridescence_thickness: [400e-9; 2],
+            space: WorkingSpace::Rec709,
             iridescence_place: all,
             anisotropy: none,
             anisotropy_direction: None,
@@ -214,12 +217,7 @@ impl Principled {
             weight: unit_scalar(&self.iridescence),
             ior: self.iridescence_ior,
             thickness: thin + (thick - thin) * unit_scalar(&self.iridescence_place),
-        };
-        // Between equal media there is no refraction.
-        let boundary = if is_equal_ior(self.ior, 1.0) {
-            Boundary::ThinWalled
-        } else {
-            self.boundary
+            space: self.space,
         };
         let transmission = unit_scalar(&self.transmission);
         let [roughness, metallic] = textures
@@ -229,11 +227,11 @@ impl Principled {
         Layers {
             base_color: self.base_color(textures, at),
             metallic,
-            boundary,
+            boundary: self.boundary,
             transmission,
             diffuse_transmission: unit_scalar(&self.diffuse_transmission),
             diffuse_transmission_color: textures.color(&self.diffuse_transmission_color, at),
-            facets: if boundary == Boundary::Solid && transmission > 0.0 {
+            facets: if self.boundary == Boundary::Solid && transmission > 0.0 {
                 facets.isotropic()
             } else {
                 facets
@@ -291,7 +289,7 @@ impl MaterialKind for Principled {
         if clear == 0.0 {
             return terms;
         }
-        match layers.boundary {
+        match layers.refraction() {
             Boundary::ThinWalled => WhittedTerms {
                 reflect: mirror * (1.0 - rough) + reflected * clear,
                 transmit: layers.base_color * (clear * (1.0 - reflected.max_component())),
@@ -439,5 +437,6 @@ impl MaterialKind for Principled {
         let (colors, _) = self.sources_mut();
         colors.into_iter().for_each(|color| color.convert(space));
         self.absorption = medium::converted_absorption(self.absorption, space);
+        self.space = space;
     }
 }

@@ -174,6 +174,7 @@ fn a_film_without_thickness_is_not_there() {
         weight: 1.0,
         ior: 1.3,
         thickness: 0.0,
+        ..ThinFilm::NONE
     };
     for (f0, cos) in [(0.04, 1.0), (0.3, 0.5), (0.9, 0.2)] {
         let bare = f0 + (1.0 - f0) * fresnel::schlick_term(cos);

@@ -242,6 +242,7 @@ pub fn examples() -> Vec<Example> {
                 weight: 0.7,
                 ior: 1.4,
                 thickness: 450e-9,
+                ..ThinFilm::NONE
             },
             coat: 0.5,
             coat_facets: facets(0.5),

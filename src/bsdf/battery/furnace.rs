@@ -173,6 +173,7 @@ fn drawn(i: u32) -> Layers {
             weight: part(7),
             ior: 1.3 + 0.4 * number(8),
             thickness: 700e-9 * number(9),
+            ..ThinFilm::NONE
         },
         coat: part(10),
         coat_facets: Ggx::from_roughness(part(11), 0.0),

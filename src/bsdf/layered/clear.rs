@@ -14,7 +14,7 @@ impl Layered {
     /// The reflectance of the boundary by Fresnel's equations at the cosine `cos`.
     fn fresnel(&self, cos: f32, eta: f32) -> f32 {
         let once = dielectric(cos, eta);
-        match self.layers.boundary {
+        match self.layers.refraction() {
             Boundary::ThinWalled => double_boundary(once),
             Boundary::Solid => once,
         }
@@ -52,7 +52,7 @@ impl Layered {
     /// The factor that compensates the light that clear facets with this reflectance lose by
     /// multiple scattering.
     pub(super) fn clear_gain(&self, reflectance: &ClearReflectance, o: Vec3, mirrors: f32, eta: f32) -> Rgb {
-        match self.layers.boundary {
+        match self.layers.refraction() {
             Boundary::ThinWalled => Rgb::gray(1.0 / mirrors),
             Boundary::Solid => {
                 let clear = albedo::clear(&self.layers.facets, o, eta);

@@ -18,7 +18,7 @@ impl Layers {
     /// Whether its channels are refracted in different directions, and none is chosen.
     #[inline]
     pub fn disperses(&self) -> bool {
-        self.dispersion > 0.0 && self.hero.is_none() && self.boundary == Boundary::Solid && self.transmission > 0.0
+        self.dispersion > 0.0 && self.hero.is_none() && self.refraction() == Boundary::Solid && self.transmission > 0.0
     }
 
     /// The same for a path that follows one channel.

@@ -113,13 +113,20 @@ impl Layers {
 
     /// The same layers in a medium of the index of refraction `outside`, in place of 1.
     pub fn immersed(self, outside: f32) -> Self {
-        let ior = self.ior / outside;
-        let boundary = if is_equal_ior(ior, 1.0) {
+        Self {
+            ior: self.ior / outside,
+            ..self
+        }
+    }
+
+    /// How the boundary passes light: between equal media it does not refract, like a thin sheet.
+    #[inline]
+    pub fn refraction(&self) -> Boundary {
+        if is_equal_ior(self.ior, 1.0) {
             Boundary::ThinWalled
         } else {
             self.boundary
-        };
-        Self { ior, boundary, ..self }
+        }
     }
 
     /// `w` in the frame of the facets.
