@@ -337,7 +337,8 @@ impl PatternKind for ImagePattern {
     fn alpha(&self, lookup: &Lookup<'_>) -> f32 {
         let (bitmap, st) = (&lookup.textures.bitmaps[self.bitmap.0 as usize], lookup.st());
         let (w, h) = (i64::from(bitmap.width), i64::from(bitmap.height));
-        let x = st * Vec2::new(bitmap.width as f32, bitmap.height as f32) - 0.5;
+        let in_texels = st * Vec2::new(bitmap.width as f32, bitmap.height as f32);
+        let x = in_texels - 0.5;
         if !bitmap.has_alpha() || !x.is_finite() {
             return 1.0;
         }
@@ -345,8 +346,9 @@ impl PatternKind for ImagePattern {
             (Some(i), Some(j)) => bitmap.alpha(i, bitmap.height - 1 - j),
             _ => 0.0,
         };
-        let (near, base, f) = (x.round(), x.floor(), x - x.floor());
+        let (base, f) = (x.floor(), x - x.floor());
         if self.filter == TextureFilter::Nearest {
+            let near = in_texels.floor();
             return texel(near.x as i64, near.y as i64);
         }
         let (i, j) = (base.x as i64, base.y as i64);
