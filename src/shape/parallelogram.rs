@@ -1,5 +1,6 @@
 //! A flat parallelogram, which rays are traced against as two triangles.
 
+use super::triangle;
 use crate::math::{Aabb, DVec3, Transform, Vec2, Vec3, float::gamma};
 
 /// The least error of a point, relative to the largest coordinate, so that a ray leaves even a coordinate of exactly 0.
@@ -13,8 +14,10 @@ pub struct Parallelogram {
     to_uv: [Vec3; 2],
     /// Unit.
     ng: Vec3,
-    /// See [`FlatPlace::p_error`].
-    p_error: Vec3,
+    /// The part of [`FlatPlace::p_error`] that all points have.
+    point_error: Vec3,
+    /// See [`Parallelogram::plane_error`].
+    plane_error: f32,
     bounds: Aabb,
 }
 
@@ -37,7 +40,8 @@ impl Parallelogram {
             corners,
             to_uv: to_uv.map(|v| v.as_vec3()),
             ng,
-            p_error: error(corners, ng),
+            point_error: point_error(corners),
+            plane_error: largest_plane_error(corners),
             bounds: Aabb::from_points(corners),
         }
     }
@@ -52,11 +56,19 @@ impl Parallelogram {
     /// The place at a point that is nearly on it.
     #[inline(always)]
     pub fn place(&self, p: Vec3) -> FlatPlace {
+        let uv = self.uv(p);
+        let p = on_plane(p, self.corners[0], self.ng, &self.bounds);
+        // Of most, which are level, it is less than the error of the point.
+        let of_plane = if self.plane_error <= self.point_error.max_element() {
+            self.plane_error
+        } else {
+            plane_error_at(self.corners, p).min(self.plane_error)
+        };
         FlatPlace {
-            p: on_plane(p, self.corners[0], self.ng, &self.bounds),
-            p_error: self.p_error,
+            p,
+            p_error: self.point_error + self.ng.abs() * of_plane,
             ng: self.ng,
-            uv: self.uv(p),
+            uv,
         }
     }
 
@@ -65,23 +77,23 @@ impl Parallelogram {
     pub fn place_in_world(&self, t: &Transform, p: Vec3) -> FlatPlace {
         let corners = self.corners.map(|p| t.point_to_world(p));
         let ng = t.normal_to_world(self.ng).normalize();
+        let uv = self.uv(t.point_to_local(p));
+        let p = on_plane(p, corners[0], ng, &Aabb::from_points(corners));
         FlatPlace {
-            p: on_plane(p, corners[0], ng, &Aabb::from_points(corners)),
-            p_error: error(corners, ng),
+            p,
+            p_error: point_error(corners) + ng.abs() * plane_error_at(corners, p).min(largest_plane_error(corners)),
             ng,
-            uv: self.uv(t.point_to_local(p)),
+            uv,
         }
     }
 
-    /// Bound on the distance between the plane and the place where a ray meets the triangles; in world space if there is a transform to
+    /// Bound on the distance between the plane and any place where a ray meets the triangles; in world space if there is a transform to
     /// it.
     #[inline]
     pub fn plane_error(&self, t: Option<&Transform>) -> f32 {
-        let Some(t) = t else {
-            return self.p_error.dot(self.ng.abs());
-        };
-        let ng = t.normal_to_world(self.ng).normalize();
-        error(self.corners.map(|p| t.point_to_world(p)), ng).dot(ng.abs())
+        t.map_or(self.plane_error, |t| {
+            largest_plane_error(self.corners.map(|p| t.point_to_world(p)))
+        })
     }
 
     #[inline(always)]
@@ -98,16 +110,26 @@ fn on_plane(p: Vec3, corner: Vec3, ng: Vec3, bounds: &Aabb) -> Vec3 {
     (p + ng * (corner - p).dot(ng)).clamp(bounds.min, bounds.max)
 }
 
-/// The bound on the error of a point, and of the place where a ray meets the triangles.
-///
-/// It has the parts of [`TrianglePoint::p_error`](super::triangle::TrianglePoint), with the largest numbers that the point of
-/// any triangle has, and the rounding of C.
-fn error([a, b, c, d]: [Vec3; 4], ng: Vec3) -> Vec3 {
+/// Bound on the error of a point on the plane: of its coordinates, and of the rounding of C.
+fn point_error([a, b, c, d]: [Vec3; 4]) -> Vec3 {
+    let (e, f) = (b - a, d - a);
+    let sum = a.abs() + e.abs() + f.abs();
+    sum * gamma(4) + (c - b - f).abs() + sum.max_element() * LEAST_ERROR
+}
+
+/// Bound on the distance between the plane and the place where a ray from `p`, a point on it, meets the triangles: the larger one of the
+/// two, since a ray from one may be tested against the other.
+fn plane_error_at([a, b, c, d]: [Vec3; 4], p: Vec3) -> f32 {
+    let twice_area = (b - a).cross(d - a).length();
+    let of = |triangle| triangle::plane_error(triangle, p, twice_area);
+    of([a, b, c]).max(of([a, c, d]))
+}
+
+/// The same of all points.
+fn largest_plane_error([a, b, _, d]: [Vec3; 4]) -> f32 {
     let (e, f) = (b - a, d - a);
     let (widest, twice_area) = (e.abs() + f.abs(), e.cross(f).length());
-    let sum = a.abs() + widest;
-    let of_plane = 12.0 * gamma(10) * (widest.x * widest.y * widest.z / twice_area);
+    let error = 12.0 * gamma(10) * (widest.x * widest.y * widest.z / twice_area);
     // Of a needle it ends at the needle's width.
-    let width = twice_area / e.length().max(f.length());
-    sum * gamma(4) + (c - b - f).abs() + ng.abs() * of_plane.min(width) + sum.max_element() * LEAST_ERROR
+    error.min(twice_area / e.length().max(f.length()))
 }

@@ -9,7 +9,7 @@
 //! ```
 //!
 //! With corners A, B, C, D the normal is that of (B - A) x (D - A): it points to the side from which the corners run
-//! counterclockwise. The parameters `u` and `v` are bilinear: A = (0, 0), B = (1, 0), C = (1, 1), D = (0, 1).
+//! counterclockwise, in the shape's own space: a `transform` that mirrors keeps the side. The parameters `u` and `v` are bilinear: A = (0, 0), B = (1, 0), C = (1, 1), D = (0, 1).
 //!
 //! The corners must lie in a plane: each may be off by up to 1e-4 of the longer diagonal, and by the rounding of numbers
 //! that large. The surface is then the plane to which all four corners are equally close.
@@ -197,17 +197,21 @@ impl Quad {
         let cross = |x: DVec3, y: DVec3| x.cross(y).dot(self.normal);
         let (k2, k1, k0) = (cross(skew, f), cross(e, f) + cross(h, skew), cross(h, e));
         let q = -0.5 * (k1 + (k1 * k1 - 4.0 * k2 * k0).max(0.0).sqrt().copysign(k1));
-        let outside = |v: f64| (v - v.clamp(0.0, 1.0)).abs();
-        let v = [k0 / q, q / k2]
+        let u_at = |v: f64| {
+            let across = e + skew * v;
+            let u = (h - f * v).dot(across) / across.length_squared();
+            // Where A and B are one point, or C and D, every u leads there.
+            if u.is_nan() { 0.0 } else { u.clamp(0.0, 1.0) }
+        };
+        let distance = |(u, v): (f64, f64)| (h - e * u - f * v - skew * (u * v)).length_squared();
+        // Both roots may be inside: where A and B are one point, one of them is 0.
+        [k0 / q, q / k2]
             .into_iter()
             .filter(|v| v.is_finite())
-            .min_by(|x, y| outside(*x).total_cmp(&outside(*y)))
-            .unwrap_or(0.0)
-            .clamp(0.0, 1.0);
-        let across = e + skew * v;
-        let u = (h - f * v).dot(across) / across.length_squared();
-        // Where C and D are one point, every u leads there.
-        (if u.is_nan() { 0.0 } else { u.clamp(0.0, 1.0) }, v)
+            .map(|v| v.clamp(0.0, 1.0))
+            .map(|v| (u_at(v), v))
+            .min_by(|x, y| distance(*x).total_cmp(&distance(*y)))
+            .unwrap_or((u_at(0.0), 0.0))
     }
 
     /// Whether a ray passes between the edges, by the edge test of [`triangle::intersect`].

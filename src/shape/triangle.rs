@@ -195,7 +195,7 @@ fn point_along_normal(corners: [Vec3; 3], u: f32, v: f32, ng: Vec3, twice_area: 
 /// operations of [`intersect`] find it: ten of them in a row, from the corners relative to the
 /// origin to the product with the normal.
 #[inline(always)]
-fn plane_error([a, b, c]: [Vec3; 3], p: Vec3, twice_area: f32) -> f32 {
+pub(super) fn plane_error([a, b, c]: [Vec3; 3], p: Vec3, twice_area: f32) -> f32 {
     let (ra, rb, rc) = ((a - p).abs(), (b - p).abs(), (c - p).abs());
     let (e1, e2) = (ra + rc, rb + ra);
     let normal = Vec3::new(

@@ -66,3 +66,45 @@ fn light_samples_lie_where_rays_meet_the_quad() {
         }
     }
 }
+
+#[test]
+fn a_triangle_is_a_quad_with_any_two_corners_in_one_point() {
+    let [a, b, c] = [
+        Vec3::new(-1.0, -1.0, 0.5),
+        Vec3::new(1.0, -1.0, 0.5),
+        Vec3::new(0.0, 1.0, 0.5),
+    ];
+    for corners in [[a, a, b, c], [a, b, b, c], [a, b, c, c], [a, b, c, a]] {
+        let quad = Quad::from_corners(corners);
+        let (o, e, f, skew) = quad.bilinear();
+        for i in 0..200 {
+            let [u, v] = [0.618_034, 0.754_877].map(|k| (f64::from(i) * k).fract().clamp(0.01, 0.99));
+            let p = o + e * u + f * v + skew * (u * v);
+            let (found_u, found_v) = quad.inverse_bilinear(p);
+            assert!(
+                (found_u - u).abs() < 1e-9 && (found_v - v).abs() < 1e-9,
+                "{corners:?} {u} {v}: {found_u} {found_v}"
+            );
+        }
+    }
+}
+
+#[test]
+fn rays_leave_large_tilted_parallelograms_nearly_as_close_as_triangles() {
+    let (across, along) = (Vec3::new(0.8, 0.3, -0.52), Vec3::new(-0.25, 0.95, 0.17));
+    for size in [1.0, 100.0, 10_000.0] {
+        let corners =
+            [[-1.0, -1.0], [1.0, -1.0], [1.0, 1.0], [-1.0, 1.0]].map(|[x, y]| (across * x + along * y) * size);
+        let quad = Quad::from_corners(corners);
+        let flat = quad.parallelogram().unwrap();
+        for i in 0..200 {
+            let [u, v] = [0.618_034_f32, 0.754_877].map(|k| (i as f32 * k).fract());
+            let (u, v) = (u.max(v), u.min(v));
+            let [a, b, c, _] = corners;
+            let triangle = triangle::surface_point([a, b, c], u - v, v);
+            let place = flat.place(triangle.p);
+            let [own, of_triangle] = [place.p_error, triangle.p_error].map(|e| e.dot(place.ng.abs()));
+            assert!(own < 3.0 * of_triangle, "{size} {u} {v}: {own} {of_triangle}");
+        }
+    }
+}
