@@ -154,7 +154,7 @@ impl Files {
     pub fn are_unchanged_since(&self, time: SystemTime) -> bool {
         let is_old = |path: &Path| {
             let modified = fs::metadata(path).and_then(|found| found.modified());
-            modified.is_ok_and(|modified| modified + OLD < time)
+            modified.is_ok_and(|modified| modified.checked_add(OLD).is_some_and(|end| end < time))
         };
         let is_same =
             |path: &Path, hash| is_old(path) || fs::read(path).is_ok_and(|bytes| ContentHash::of(&bytes) == hash);

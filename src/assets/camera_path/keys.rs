@@ -76,7 +76,8 @@ pub fn is_place(p: DVec3) -> bool {
 pub fn unit_quaternion([x, y, z, w]: [f64; 4]) -> Result<DQuat, String> {
     let q = DQuat::from_xyzw(x, y, z, w);
     let length = q.length();
-    if (length - 1.0).abs() > UNIT_TOLERANCE {
+    let is_unit = (length - 1.0).abs() <= UNIT_TOLERANCE;
+    if !is_unit {
         return Err(format!(
             "the quaternion has length {length:.6}, expected 1 within {UNIT_TOLERANCE}"
         ));

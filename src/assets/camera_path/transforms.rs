@@ -8,7 +8,7 @@
 //! | `camera_model` | coefficients | read as |
 //! |---|---|---|
 //! | none, `OPENCV`, `PINHOLE`, `SIMPLE_PINHOLE` | `k1, k2, k3, p1, p2` | `opencv` |
-//! | `OPENCV_FISHEYE` | `k1, k2, k3, k4` | `kannala_brandt` |
+//! | `OPENCV_FISHEYE`, or none with instant-ngp's `is_fisheye` | `k1, k2, k3, k4` | `kannala_brandt` |
 //!
 //! A camera path of nerfstudio has `camera_path`, a list of `camera_to_world` (16 numbers by rows) and `fov`, the angle over the picture's
 //! height in degrees, and `render_width` and `render_height`. Its `camera_type` is `perspective`; others, such as `equirectangular`, are refused.
@@ -55,6 +55,7 @@ struct Given {
     camera_angle_x: Option<f64>,
     camera_angle_y: Option<f64>,
     camera_model: Option<String>,
+    is_fisheye: Option<bool>,
     k1: Option<f64>,
     k2: Option<f64>,
     k3: Option<f64>,
@@ -238,6 +239,7 @@ impl Given {
             w: self.w.or(common.w),
             h: self.h.or(common.h),
             camera_model: self.camera_model.or_else(|| common.camera_model.clone()),
+            is_fisheye: self.is_fisheye.or(common.is_fisheye),
             k1: self.k1.or(common.k1),
             k2: self.k2.or(common.k2),
             k3: self.k3.or(common.k3),
@@ -251,9 +253,17 @@ impl Given {
     fn distortion(&self) -> Result<ViewDistortion, String> {
         let [k1, k2, k3, k4, p1, p2] =
             [self.k1, self.k2, self.k3, self.k4, self.p1, self.p2].map(Option::unwrap_or_default);
-        match self.camera_model.as_deref().unwrap_or("OPENCV") {
+        let (unnamed, is_fisheye) = match self.is_fisheye {
+            Some(true) => ("OPENCV_FISHEYE", true),
+            _ => ("OPENCV", false),
+        };
+        match self.camera_model.as_deref().unwrap_or(unnamed) {
+            model if is_fisheye && model != "OPENCV_FISHEYE" => Err(format!(
+                "`is_fisheye` is true, but the camera model is {}",
+                one_line(model, 80)
+            )),
             "OPENCV" | "PINHOLE" | "SIMPLE_PINHOLE" if k4 != 0.0 => {
-                Err("a fourth radial coefficient `k4` is not rendered but for OPENCV_FISHEYE".to_owned())
+                Err("a fourth radial coefficient `k4` is rendered with OPENCV_FISHEYE only".to_owned())
             }
             "OPENCV" | "PINHOLE" | "SIMPLE_PINHOLE" => Ok(match [k1, k2, p1, p2, k3] == [0.0; 5] {
                 true => ViewDistortion::None,

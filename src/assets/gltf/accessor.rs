@@ -176,7 +176,7 @@ impl Document<'_> {
         Ok(bounds)
     }
 
-    /// The least and the largest of all numbers of an accessor; NaN where one is not finite.
+    /// The least and the largest of all numbers of an accessor and 0; NaN where one is not finite.
     pub fn range(&self, index: usize) -> Result<(f32, f32), GltfProblem> {
         let accessor = get(&self.root.accessors, index, "accessor")?;
         let layout = AccessorLayout::of(accessor, index)?;

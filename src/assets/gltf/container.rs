@@ -100,7 +100,7 @@ pub(super) fn locate(folder: &Path, uri: &str, files: &Files) -> Result<Location
             "only files beside the asset and data: are read",
         ));
     }
-    let decoded = percent_decoded(uri).ok_or_else(|| GltfProblem::refused(uri, "it is not UTF-8"))?;
+    let decoded = String::from_utf8(percent_decoded(uri)).map_err(|_| GltfProblem::refused(uri, "it is not UTF-8"))?;
     if decoded.is_empty() || decoded.contains('\0') {
         return Err(GltfProblem::refused(uri, "it names no file"));
     }
@@ -132,7 +132,7 @@ pub(super) fn read(path: &Path, files: &Files) -> Result<Arc<[u8]>, GltfProblem>
     files.read(path).map_err(missing)
 }
 
-fn percent_decoded(uri: &str) -> Option<String> {
+fn percent_decoded(uri: &str) -> Vec<u8> {
     let mut out = Vec::with_capacity(uri.len());
     let mut rest = uri.as_bytes();
     while let Some((&byte, after)) = rest.split_first() {
@@ -149,7 +149,7 @@ fn percent_decoded(uri: &str) -> Option<String> {
             }
         }
     }
-    String::from_utf8(out).ok()
+    out
 }
 
 /// Decodes the part of a URI after `data:`.
@@ -160,9 +160,7 @@ fn data_uri(data: &str) -> Result<Vec<u8>, GltfProblem> {
     if head.ends_with(";base64") {
         base64(body.as_bytes()).ok_or_else(|| GltfProblem::broken("a data: URI is not base64"))
     } else {
-        percent_decoded(body)
-            .map(String::into_bytes)
-            .ok_or_else(|| GltfProblem::broken("a data: URI is not UTF-8"))
+        Ok(percent_decoded(body))
     }
 }
 

@@ -17,7 +17,7 @@ use crate::{
         motion::Trs,
     },
     math::{keys, sorting},
-    value::one_line,
+    value::UnknownName,
 };
 
 /// A node of the shown scene.
@@ -144,11 +144,12 @@ fn roots(
             let found = root.scenes.iter().find(|s| s.name.as_ref() == Some(name));
             Some(found.ok_or_else(|| {
                 let known: Vec<&str> = root.scenes.iter().filter_map(|s| s.name.as_deref()).collect();
-                GltfProblem::broken(format!(
-                    "there is no scene `{}`, but {}",
-                    one_line(name, 80),
-                    one_line(&known.join(", "), 200)
-                ))
+                let unknown = UnknownName::new("scene", name, known.iter().copied());
+                GltfProblem::UnknownName(if known.is_empty() {
+                    unknown.with_fallback(Some("the model has no scene with a name".to_owned()))
+                } else {
+                    unknown
+                })
             })?)
         }
         (None, Some(scene)) => Some(get(&root.scenes, scene.value(), "scene")?),

@@ -223,7 +223,8 @@ impl Faces {
         }
         let is_parted = !self.colors.is_empty() || self.has_uvs;
         if is_parted {
-            memory.check(MemoryKind::Models, self.corners.len() as u64 * CORNER_MEMORY)?;
+            let corners = self.corners.len() + self.triangles.as_flattened().len();
+            memory.check(MemoryKind::Models, corners as u64 * CORNER_MEMORY)?;
         }
         let plain_triangles = self.triangles.len();
         let mut parted = Parted {

@@ -195,7 +195,13 @@ fn read_vertices(
     let has_uvs = [Slot::S, Slot::T].into_iter().all(has);
     let count = element.count as usize;
     // Numbers beyond single precision.
-    let has_doubles = encoding == Encoding::Text || number_type(&slots, Slot::X) == NumberType::F64;
+    let is_long = |slot| {
+        matches!(
+            number_type(&slots, slot),
+            NumberType::F64 | NumberType::I32 | NumberType::U32
+        )
+    };
+    let has_doubles = encoding == Encoding::Text || [Slot::X, Slot::Y, Slot::Z].into_iter().any(is_long);
     let mut doubles = Vec::with_capacity(if has_doubles { count } else { 0 });
     *placed = PlacedMesh::default();
     let mesh = &mut placed.mesh;

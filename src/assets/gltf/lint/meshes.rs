@@ -1,6 +1,6 @@
 //! Meshes: attributes, indices, morph targets, joints and texture coordinates.
 
-use std::collections::{HashMap, HashSet};
+use std::collections::{BTreeMap, HashMap, HashSet};
 
 use ::gltf::json::Value;
 
@@ -13,7 +13,7 @@ use super::{
 const UNIT_TOLERANCE: f32 = 0.02;
 
 pub(super) fn check(lint: &mut Lint<'_>) {
-    let mut views = HashMap::<usize, usize>::new();
+    let mut views = BTreeMap::<usize, usize>::new();
     let (mut normals, mut colors) = (HashSet::new(), HashSet::new());
     for (m, mesh) in lint.array("meshes").iter().enumerate() {
         let mut targets = None;
@@ -97,7 +97,7 @@ fn attributes(
     lint: &mut Lint<'_>,
     primitive: &Value,
     place: &str,
-    (views, colors): (&mut HashMap<usize, usize>, &mut HashSet<usize>),
+    (views, colors): (&mut BTreeMap<usize, usize>, &mut HashSet<usize>),
 ) {
     let used = array(lint.raw, "extensionsUsed").iter();
     let is_quantized = used
