@@ -58,6 +58,9 @@ fn write_lines(out: &mut impl Write, scene: &Path, job: &Job, inventory: &Invent
         writeln!(out, "{} drawn for each frame", plural(drawn, "value"))?;
     }
     if let Some(BoundsEntry { min, max }) = inventory.bounds {
+        // The bounds of a shape have the errors of rounding, also beside 0.
+        let noise = min.iter().chain(&max).fold(0.0_f64, |most, x| most.max(x.abs())) * 1e-6;
+        let shown = |x: f64| shown(if x.abs() < noise { 0.0 } else { x });
         let axis = |i: usize, name: &str| format!("{name} {} to {}", shown(min[i]), shown(max[i]));
         writeln!(out, "bounds: {}, {}, {} m", axis(0, "x"), axis(1, "y"), axis(2, "z"))?;
     }
@@ -84,7 +87,10 @@ fn shown(value: f64) -> String {
 fn write_model(out: &mut impl Write, model: &ModelEntry) -> io::Result<()> {
     writeln!(out, "model {}", visible(&model.file))?;
     for (i, camera) in model.cameras.iter().enumerate() {
-        writeln!(out, "  camera {i}: {}", visible(camera))?;
+        match camera.as_str() {
+            "" => writeln!(out, "  camera {i}")?,
+            name => writeln!(out, "  camera {i}: {}", visible(name))?,
+        }
     }
     for variant in &model.variants {
         writeln!(out, "  variant: {}", visible(variant))?;
