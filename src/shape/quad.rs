@@ -9,7 +9,8 @@
 //! ```
 //!
 //! With corners A, B, C, D the normal is that of (B - A) x (D - A): it points to the side from which the corners run
-//! counterclockwise, in the shape's own space: a `transform` that mirrors keeps the side. The parameters `u` and `v` are bilinear: A = (0, 0), B = (1, 0), C = (1, 1), D = (0, 1).
+//! counterclockwise, in the shape's own space: a `transform` that mirrors keeps the side. The parameters `u` and `v` are bilinear:
+//! A = (0, 0), B = (1, 0), C = (1, 1), D = (0, 1).
 //!
 //! The corners must lie in a plane: each may be off by up to 1e-4 of the longer diagonal, and by the rounding of numbers
 //! that large. The surface is then the plane to which all four corners are equally close.

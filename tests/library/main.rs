@@ -12,3 +12,4 @@ mod motion_blur;
 mod overrides;
 mod ray_visibility;
 mod shadow_catcher;
+mod strategies;
