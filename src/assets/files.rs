@@ -62,7 +62,7 @@ pub struct Files {
 }
 
 impl Files {
-    /// No files yet. With `allow_outside` models may name files outside of their folders. The contents of files count against
+    /// A record without files. With `allow_outside` models may name files outside of their folders. The contents of files count against
     /// `memory`.
     pub fn new(allow_outside: bool, memory: MemoryBudget) -> Self {
         Self {
@@ -149,8 +149,8 @@ impl Files {
         read.get(path).copied()
     }
 
-    /// Whether all files that were read since `time` still have the same contents. Those that are older by a good while are not read
-    /// again.
+    /// Whether all files that were read since `time` still have the same contents. Those that were modified more than an hour
+    /// before are not read again.
     pub fn are_unchanged_since(&self, time: SystemTime) -> bool {
         let is_old = |path: &Path| {
             let modified = fs::metadata(path).and_then(|found| found.modified());

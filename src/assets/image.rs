@@ -49,7 +49,7 @@ pub enum AlphaUse {
     Straight,
     /// The same, and alpha is the opacity of the colours.
     Opacity,
-    /// Nothing: colours stay as they are in the file.
+    /// Alpha is not used: colours stay as they are in the file.
     Unused,
 }
 

@@ -150,7 +150,7 @@ fn poses(document: &Document<'_>) -> Result<Vec<Posed>, PathProblem> {
     match (vector("rvec")?, vector("tvec")?) {
         (Some(rotation), Some(translation)) => Ok(vec![posed(rotation, translation)]),
         (None, None) => Ok(Vec::new()),
-        _ => Err(PathProblem::of_file("of `rvec` and `tvec` one is missing")),
+        _ => Err(PathProblem::of_file("either `rvec` or `tvec` is missing")),
     }
 }
 

@@ -221,7 +221,7 @@ impl Stop {
 impl Given {
     /// These, with those of the file where they have none.
     fn or(self, common: &Self) -> Self {
-        // Angles of the file are not beside focal lengths of the frame.
+        // Focal lengths or angles of the frame replace all of the file's.
         let has_focal = self
             .fl_x
             .or(self.fl_y)

@@ -39,7 +39,7 @@ pub(super) struct Played {
 }
 
 impl Played {
-    /// The animation as the model keeps it, without the channels that move nothing which is shown.
+    /// The animation as the model keeps it, without channels whose target is not shown.
     pub fn shown(self, target: impl Fn(&Target) -> Option<Target>) -> Clip {
         let channels = self.channels.into_iter();
         Clip {
@@ -232,7 +232,7 @@ fn keys(
     };
     let numbers = document.numbers(output, width.max(1))?;
     let width = match width {
-        // As many weights as the numbers of a key are.
+        // A key holds one number for each weight.
         0 => {
             let parts = if interp == KeyInterp::CubicSpline { 3 } else { 1 };
             numbers.len() / (parts * times.len().max(1))

@@ -28,13 +28,17 @@ pub(super) fn copies(document: &Document<'_>, node: usize) -> Result<Vec<DAffine
         rotations.as_ref().map(Vec::len),
     ];
     let mut lengths = lengths.into_iter().flatten();
-    let count = lengths.next().unwrap_or(0);
+    // Attributes with names of their own tell how many copies there are too.
+    let named = attributes.as_object().and_then(|all| all.keys().next());
+    let named = named.and_then(|name| index(attributes, name));
+    let named = named.map(|i| document.count(i)).transpose().map_err(read)?;
+    let count = lengths.next().or(named).unwrap_or(0);
     if lengths.any(|n| n != count) {
         return Err(GltfProblem::broken(format!(
             "the instances of node {node} have attributes of several lengths"
         )));
     }
-    document.reserve((count * size_of::<DAffine3>()) as u64)?;
+    document.reserve(count.saturating_mul(size_of::<DAffine3>()) as u64)?;
     let copy = |i: usize| {
         let rotation = rotations
             .as_ref()

@@ -72,7 +72,7 @@ pub(super) fn names(document: &Document<'_>) -> Vec<String> {
 /// The sets of texture coordinates that a material reads.
 pub(super) fn uv_sets(document: &Document<'_>, material: Option<usize>) -> Result<UvSets, GltfProblem> {
     let raw = raw(document, material)?;
-    // The base colour's first: of more than two sets it counts.
+    // The set of the base colour comes first: of more than two sets it is kept.
     let base = raw.pointer("/pbrMetallicRoughness/baseColorTexture").map(uv_set);
     let mut sets: Vec<u32> = base.into_iter().collect();
     texture_infos(raw, &mut sets);
@@ -129,7 +129,7 @@ impl Reader<'_, '_> {
     fn texture(&mut self, from: &Value, key: &str, space: ColorSpace) -> Result<Option<TextureId>, GltfProblem> {
         let Some(info) = from.get(key) else { return Ok(None) };
         if self.sets.of(uv_set(info)).is_none() {
-            let first = "of one material two sets of coordinates are read, and it has a third";
+            let first = "a material reads two sets of texture coordinates at most, and this is a third";
             self.model.add_feature(key, "material", Treatment::InPart(first));
         }
         let is_it = |(material, own): &&(usize, &'static str)| Some(*material) == self.number && *own == key;
@@ -355,7 +355,7 @@ impl ModelMaterials {
         self.materials.get(&Some(material)).copied()
     }
 
-    /// No materials yet, of which the transforms of these textures are animated.
+    /// Without materials so far. `animated` are the texture references whose transforms are animated.
     pub fn new(animated: HashSet<(usize, &'static str)>) -> Self {
         Self {
             animated,

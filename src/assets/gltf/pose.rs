@@ -177,7 +177,9 @@ fn influences(
         };
         let (joints, weights) = (document.floats::<4>(joints)?, document.floats::<4>(weights)?);
         if joints.len() != vertices || weights.len() != vertices {
-            return Err(GltfProblem::broken("there is not a joint for each vertex"));
+            return Err(GltfProblem::broken(
+                "the numbers of joints or weights differ from the number of vertices",
+            ));
         }
         sets.push((joints, weights));
     }
@@ -214,7 +216,9 @@ fn morph_target(
     let read = |accessor: Option<usize>| -> Result<Vec<Vec3>, GltfProblem> {
         let moves = accessor.map_or(Ok(Vec::new()), |accessor| document.vectors(accessor))?;
         if accessor.is_some() && moves.len() != vertices {
-            return Err(GltfProblem::broken("a morph target has not a number for each vertex"));
+            return Err(GltfProblem::broken(
+                "a morph target has more or fewer elements than there are vertices",
+            ));
         }
         Ok(moves)
     };

@@ -25,7 +25,7 @@ impl PngNumbers {
         (info.bit_depth == ::png::BitDepth::Sixteen && is_data).then_some(Self { pass, unit })
     }
 
-    /// Whether two files may hold the same: neither tells of another pass or unit than the other.
+    /// Whether two files may hold the same quantity: where both name a pass or a unit, it is the same.
     pub fn may_be(&self, other: &Self) -> bool {
         let agree = |a: &Option<String>, b: &Option<String>| a.is_none() || b.is_none() || a == b;
         agree(&self.pass, &other.pass) && agree(&self.unit, &other.unit)

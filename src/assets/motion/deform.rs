@@ -129,7 +129,7 @@ impl Deform {
         (self.base.bytes() + self.targets.iter().map(target).sum::<usize>() + joints) as u64
     }
 
-    /// The same for vertices that are each that of this index. Moves that are not finite become 0.
+    /// The same with vertex `i` taken from `vertices[i]`. Moves that are not finite become 0.
     pub fn gathered(mut self, vertices: &[u32]) -> Self {
         fn gather<T: Copy>(values: &mut Vec<T>, vertices: &[u32], each: usize) {
             if !values.is_empty() {

@@ -139,8 +139,8 @@ pub fn parse(bytes: &[u8], path: &Path, faces: FaceUse, files: &Files) -> Result
 fn warn_of_normals(normalized: &Normalized, path: &Path, files: &Files) {
     let are = match normalized.bad_normals {
         0 => return,
-        1 => "normal that is no number gives way to that",
-        _ => "normals that are no numbers give way to those",
+        1 => "invalid normal is replaced by that",
+        _ => "invalid normals are replaced by those",
     };
     let text = format!("{} {are} of the faces: {}", normalized.bad_normals, path.display());
     files.warnings().add(WarningKind::BROKEN_ELEMENTS, path.display(), text);
@@ -155,12 +155,16 @@ fn color_scale(groups: &[tobj::Model]) -> (f32, Option<String>) {
     (1.0 / one, fault)
 }
 
-/// The linear colours of a group's vertices; empty if all are white.
+/// The linear colours of a group's vertices, white where they have none; empty if all are white.
 fn colors(group: &tobj::Mesh, scale: f32) -> Vec<Vec4> {
-    if group.vertex_color.iter().all(|c| *c == 1.0) {
+    let is_white = |c: f32| c.is_nan() || c * scale == 1.0;
+    if group.vertex_color.iter().all(|c| is_white(*c)) {
         return Vec::new();
     }
-    let linear = |c: f32| srgb::decode((c * scale).clamp(0.0, 1.0));
+    let linear = |c: f32| match c.is_nan() {
+        true => 1.0,
+        false => srgb::decode((c * scale).clamp(0.0, 1.0)),
+    };
     let color = |c: &[f32]| Vec4::new(linear(c[0]), linear(c[1]), linear(c[2]), 1.0);
     group.vertex_color.chunks_exact(3).map(color).collect()
 }

@@ -38,7 +38,7 @@ pub(super) struct Normalized {
     pub nodes: Vec<ModelNode>,
     /// Whether a coordinate of a vertex may be far from 0.
     pub may_be_far: bool,
-    /// The same of a texture coordinate.
+    /// Whether a texture coordinate may be far from 0.
     pub may_have_far_uvs: bool,
     /// Whether a vertex has a colour.
     pub has_colors: bool,
@@ -67,7 +67,7 @@ pub(super) const SKIPPED: [(&str, &str); 10] = [
 pub(super) struct Treatment {
     /// Vertices become relative to it.
     pub origin: Option<DVec3>,
-    /// Whether every vertex gets a colour, white if it has none.
+    /// Whether every vertex gets a colour, of channels that are NaN where it has none.
     pub keeps_colors: bool,
     /// Whether texture coordinates become their numbers, see [`uvs`].
     pub numbers_uvs: bool,
@@ -320,7 +320,7 @@ impl Normalized {
         }
     }
 
-    /// Appends the colour of a vertex to its line.
+    /// Appends the colour of a vertex to its line; a channel that is not there is NaN, since the value of white is not known yet.
     fn color(&mut self, text: &[u8], keeps: bool) {
         let mut own = words(text).skip(4).take(3);
         let own = [own.next(), own.next(), own.next()];
@@ -332,7 +332,7 @@ impl Normalized {
         for channel in own {
             self.text.push(b' ');
             let channel = channel.filter(|c| own[2].is_some() && is_number(c));
-            self.text.extend_from_slice(channel.unwrap_or(b"1"));
+            self.text.extend_from_slice(channel.unwrap_or(b"nan"));
         }
         self.text.push(b'\n');
     }
@@ -444,7 +444,7 @@ mod tests {
             ..Treatment::default()
         };
         let colored = normalize(b"v 1 2 3 0.5 0.5 x\nv 1 2 3 1\nv 1 2 3\n", keeps_colors).unwrap();
-        let expected = "v 1 2 3  0.5 0.5 1\nv 1 2 3  1 1 1\nv 1 2 3  1 1 1\n";
+        let expected = "v 1 2 3  0.5 0.5 nan\nv 1 2 3  nan nan nan\nv 1 2 3  nan nan nan\n";
         assert_eq!(String::from_utf8(colored.text).unwrap(), expected);
         assert!(colored.has_colors);
     }

@@ -137,6 +137,8 @@ fn colours_of_vertices_are_display_values_that_multiply_the_material() {
     );
     let bytes = of(["255 0 0", "0 255 0", "0 0 255"]);
     assert_eq!(bytes.meshes[0].colors[1], Vec4::new(0.0, 1.0, 0.0, 1.0));
+    let mixed = of(["255 0 0", "0 255 0", ""]);
+    assert_eq!(mixed.meshes[0].colors[2], Vec4::ONE);
     // White tells nothing, and a part without a colour keeps its grey.
     let white = of(["1 1 1"; 3]);
     assert!(white.meshes[0].colors.is_empty() && !white.materials[0].surface.reads_vertices);

@@ -36,6 +36,8 @@ pub(super) struct Faces {
     uvs: Vec<DVec2>,
     has_uvs: bool,
     keeps_polygons: bool,
+    /// Whether an element was read.
+    is_read: bool,
 }
 
 /// The meaning of a property of a face.
@@ -95,6 +97,11 @@ impl Faces {
                 false => skip(element, source),
             };
         }
+        let is_corners = |role: &&Role| matches!(role, Role::Corners { .. });
+        if self.is_read || roles.iter().filter(is_corners).count() > 1 {
+            return Err(broken("the faces have more than one list of corners"));
+        }
+        self.is_read = true;
         let channel = |wanted: usize| {
             roles.iter().find_map(|role| match role {
                 Role::Channel { which, number } if *which == wanted => Some(*number),

@@ -70,7 +70,7 @@ pub(super) fn size_of_component(accessor: &Value) -> Option<usize> {
     })
 }
 
-/// Whether an accessor has numbers in the file; extensions bring those of others.
+/// Whether an accessor has numbers in the file; those of others come from extensions.
 pub(super) fn has_numbers(accessor: &Value) -> bool {
     accessor.get("bufferView").is_some() || accessor.get("sparse").is_some()
 }
@@ -153,7 +153,7 @@ fn bounds(lint: &mut Lint<'_>, i: usize, width: usize, compared: &mut usize) {
             (given - found).abs() > 1e-6 * found.abs().max(1.0)
         };
         if given.iter().zip(&found).any(differs) {
-            lint.fault(format!("accessor {i} has a {key} that is not that of its numbers"));
+            lint.fault(format!("the {key} of accessor {i} differs from its numbers"));
         }
     }
 }

@@ -62,7 +62,7 @@ fn data(lint: &mut Lint<'_>, i: usize, bytes: &[u8]) {
         || bytes.starts_with(b"RIFF")
         || bytes.starts_with(b"\xabKTX 20\xbb");
     if !is_known {
-        lint.fault(format!("image {i} is neither a PNG nor a JPEG"));
+        lint.fault(format!("image {i} has an unknown format"));
     } else if is_png && !bytes.windows(4).any(|w| w == b"IEND") || bytes.len() < 16 {
         lint.fault(format!("image {i} ends early"));
     }

@@ -246,7 +246,11 @@ fn joints(lint: &mut Lint<'_>, primitive: &Value, place: &str) {
         match (joints, weights) {
             (None, None) => break,
             (Some(joints), Some(weights)) => influences(lint, (joints, weights), &mut sums, place),
-            _ => return lint.fault(format!("{place} has not as many sets of joints as of weights")),
+            _ => {
+                return lint.fault(format!(
+                    "{place} has different numbers of sets of joints and of weights"
+                ));
+            }
         }
     }
     if sums.iter().any(|sum: &f32| (sum - 1.0).abs() > 0.02) {

@@ -127,7 +127,7 @@ impl Statements {
         self.numbers[number as usize]
     }
 
-    /// Leaves a number open.
+    /// Removes a number.
     pub fn forget(&mut self, number: Number) {
         self.numbers[number as usize] = None;
     }

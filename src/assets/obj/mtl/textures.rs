@@ -56,7 +56,7 @@ impl Textures<'_, '_> {
             }
             Err(e) => {
                 let (obj, shown) = (self.obj.display(), file.display());
-                let text = format!("{obj}: cannot read a texture, its surfaces are without: {e}: {shown}");
+                let text = format!("{obj}: cannot read a texture, its surfaces are rendered without it: {e}: {shown}");
                 self.files
                     .warnings()
                     .add_topic(WarningKind::MISSING_FILE, "texture", shown, text);
