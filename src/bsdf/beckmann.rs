@@ -98,7 +98,7 @@ impl Beckmann {
         ProjectedArea::new(w.z.abs(), (Vec2::new(w.x, w.y) * self.alpha).length())
     }
 
-    /// The fraction of light that facets in other facets' shadows lose; see [`Facet::masking`].
+    /// The fraction of the light that other facets do not shadow; see [`Facet::masking`].
     #[inline]
     fn masking(out: &ProjectedArea, wo: Vec3, wi: Vec3, into: &ProjectedArea) -> f32 {
         let lit = out.all * wi.z.abs();

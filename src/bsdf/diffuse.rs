@@ -98,7 +98,7 @@ impl OrenNayar {
         (self.albedo * single + multiple * shape) * (wi.z * FRAC_1_PI)
     }
 
-    /// The part of the light that white facets keep after one reflection.
+    /// The part of the light that does not leave white facets after one reflection.
     #[inline(always)]
     fn lost(&self, cos: f32) -> f32 {
         (1.0 - self.single_albedo(cos)).max(1e-7)

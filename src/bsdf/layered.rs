@@ -64,11 +64,11 @@ pub struct LobeState {
     metal_gain: Rgb,
     clear_reflectance: ClearReflectance,
     clear_gain: Rgb,
-    /// Reflectance over chalk at normal incidence.
+    /// Reflectance over the diffuse base at normal incidence.
     over_f0: Rgb,
-    /// Factor of `1 - over_albedo(wi)` for chalk.
+    /// Factor of `1 - over_albedo(wi)` for the diffuse base.
     diffuse_gain: f32,
-    /// The chance that a sample of chalk leaves on the other side.
+    /// The chance that a sample of the diffuse base leaves on the other side.
     diffuse_passes: f32,
     probabilities: LobeProbabilities,
 }
@@ -149,7 +149,7 @@ impl Layered {
         };
 
         let [reflected, passed] = self.layers.diffuse_albedos();
-        // What facets seen from here reflect at other angles is not nothing.
+        // Facets also reflect at other angles, so the probability has a lower bound.
         let least = 0.05;
         let opaque = metal * (metal_f0 * a + Rgb::gray(b)).max_component().max(least)
             + diffuse * over.max(least * self.layers.specular);
@@ -217,7 +217,7 @@ impl Layered {
         self.layers.hero.map_or(all, |hero| all * hero.weight())
     }
 
-    /// All lobes that are not delta; `i` is seen from the side of `view.o`.
+    /// All lobes that are not delta; `i` is seen from the side of `state.o`.
     fn eval_upright(&self, state: &LobeState, i: Vec3) -> BsdfEval {
         let (o, probabilities) = (state.o, &state.probabilities);
         let mut eval = BsdfEval::default();
@@ -255,7 +255,7 @@ impl Layered {
         eval
     }
 
-    /// The one direction of a delta lobe; `i` is seen from the side of `view.o`.
+    /// The one direction of a delta lobe; `i` is seen from the side of `state.o`.
     fn delta(&self, i: Vec3, weight: Rgb, probability: f32, lobe: Lobe) -> BsdfSample {
         BsdfSample {
             wi: i,
@@ -267,7 +267,7 @@ impl Layered {
         }
     }
 
-    /// A direction, seen from the side of `view.o`.
+    /// A direction, seen from the side of `state.o`.
     fn sample_upright(&self, state: &LobeState, uc: f32, u: Sample2D) -> Option<BsdfSample> {
         let o = state.o;
         let (i, lobe, eta) = match state.probabilities.choose(uc) {
@@ -303,7 +303,7 @@ impl Layered {
         self.weighted(state, i, lobe, eta)
     }
 
-    /// The sample of `i`, seen from the side of `view.o`.
+    /// The sample of `i`, seen from the side of `state.o`.
     fn weighted(&self, state: &LobeState, i: Vec3, lobe: Lobe, eta: f32) -> Option<BsdfSample> {
         let eval = self.eval_upright(state, i);
         (eval.pdf > 0.0).then(|| BsdfSample {

@@ -2,7 +2,7 @@
 //!
 //! The clock is read once per stage of a batch of vertices, and around the light of each vertex, where its own time of about
 //! 25 ns shows. It does nothing if no times are wanted. Processor time takes ten times as long to read, so it is read once a wave
-//! and divided among the stages as the wall's time was.
+//! and divided among the stages in proportion to wall-clock time.
 
 use std::{
     sync::atomic::{AtomicU64, Ordering},
@@ -53,7 +53,7 @@ pub(crate) struct StageClock {
     last: Option<Instant>,
     /// The thread's processor time at the start.
     cpu: Option<Duration>,
-    /// Time of the wall.
+    /// Wall-clock time.
     spent: [Duration; Stage::TABLE.len()],
 }
 

@@ -22,7 +22,7 @@ pub struct VertexBatch<'a> {
     pub hits: &'a [Option<Hit>],
     /// The indices of the batch's paths in the wave.
     pub indices: &'a [u32],
-    /// The surface of each path of the batch (none for misses), its sample, and its random numbers.
+    /// The surface of each path of the batch; empty for misses.
     pub surfaces: &'a [SurfaceInteraction],
     /// The geometry of the surfaces, in blocks.
     pub blocks: &'a [SoaBlock],

@@ -32,7 +32,7 @@ pub(super) fn axis(
 /// Unit vectors to the right and upwards, as seen along the unit `axis` with `up` above.
 pub(super) fn across(axis: Vec3, up: Option<Direction>) -> [DVec3; 2] {
     let axis = axis.as_dvec3().normalize_or(DVec3::NEG_Y);
-    // Straight up and down are as seen with -z above.
+    // For an axis along `up`, -z is above.
     let up = up.map_or(DVec3::Y, |up| up.0.as_dvec3());
     let right = axis.cross(up);
     let right = if right.length() > 1e-4 {

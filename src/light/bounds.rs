@@ -73,7 +73,7 @@ impl OrientationCone {
         // The axis turns away from the wider cone's.
         let (sin, cos) = trig::sin_cos(half - wide);
         let axis = (a.axis * cos + normal.cross(a.axis) * sin).normalize_or(a.axis);
-        // Increased by the rounding error of the angles.
+        // The cone is widened by the rounding error of the angles.
         let cos_o = (trig::cos(half) - 1e-5).max(-1.0);
         Self {
             axis,

@@ -104,7 +104,7 @@ impl Focus {
         Some((share <= MAX_PART).then(|| part.seen_from(from)))
     }
 
-    /// Samples a point that shines at `from`; the outer `None` if any point of the surface is as good, the inner one if there is none.
+    /// Samples a point that shines at `from`; the outer `None` if the whole surface is to be sampled, the inner one if there is none.
     #[inline]
     pub fn sample(&self, from: Vec3, u: Vec2) -> Option<Option<AreaSample>> {
         let Some(part) = self.part(from) else {
@@ -118,7 +118,7 @@ impl Focus {
         Some(is_part.then(|| AreaSample::in_world(p, self.screen.normal, pdf)))
     }
 
-    /// The density of [`Focus::sample`] for a point, in sr^-1; `None` if any point of the surface is as good.
+    /// The density of [`Focus::sample`] for a point, in sr^-1; `None` if the whole surface is to be sampled.
     #[inline]
     pub fn pdf(&self, from: Vec3, p: Vec3) -> Option<f32> {
         let Some(part) = self.part(from) else {

@@ -70,7 +70,7 @@ pub(super) use lamp_desc;
 /// for the intensity of the file.
 const MIN_BEAM_COS: f32 = 0.01;
 
-/// The largest extent of a light, in m. At ten thousand times as much its place is lost in single precision, and half of its light.
+/// The largest extent of a light, in m. At ten thousand times this size single precision loses its position and half of its light.
 const MAX_SIZE: f32 = 1e8;
 
 /// The sides of a surface that emit, their directions and the picture that they show.

@@ -25,7 +25,7 @@ const MAX_POINTS_OF_IMAGE: usize = 8;
 /// The variance of the picture, in squares of its mean, up to which it is nearly even.
 const MAX_VARIANCE: f64 = 0.05;
 
-/// The light of every cell, in parts of the mean, by which also those have a chance that are black at all evaluated points.
+/// The least light of a cell, relative to the mean: cells that are black at all evaluated points can still be sampled.
 const FLOOR: f64 = 0.001;
 
 /// The shape that is cut out of a screen.
@@ -73,7 +73,7 @@ pub struct Picture {
 /// The light of a picture.
 #[derive(Clone, Debug)]
 pub struct PictureMap {
-    /// The mean of the picture and of its channels.
+    /// The mean over the picture and its channels.
     mean: f32,
     /// `None` if the picture is nearly even.
     blocks: Option<Blocks>,

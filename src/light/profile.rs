@@ -43,7 +43,7 @@ pub struct Measurement {
 pub enum Symmetry {
     /// All angles are listed.
     None,
-    /// There is one angle, and all others are as it.
+    /// One angle is listed; the intensities at all others are the same.
     Axial,
     /// Angles beyond the last are those before it, mirrored, up to the first one and 360 degrees.
     Mirrored,
@@ -88,7 +88,7 @@ pub struct ProfileCone {
 type Rows = Vec<(f32, usize)>;
 
 impl Symmetry {
-    /// All angles, each with the index of the listed one that it is as.
+    /// All angles, each with the index of the listed angle whose intensities it has.
     fn complete(self, listed: &[f32]) -> Rows {
         let own = || listed.iter().copied().zip(0..listed.len());
         let mirrored = |about: f32| {
@@ -277,7 +277,7 @@ impl Profile {
     }
 }
 
-/// The index of the last angle at or before `x`, but for the last of all, and the part of the way to the next one; `None` outside.
+/// The index of the last angle at or before `x`, at most that of the last but one, and the fraction of the way to the next; `None` outside.
 #[inline]
 fn place(angles: &[f32], x: f32) -> Option<(usize, f32)> {
     let (first, last) = (angles[0], angles[angles.len() - 1]);

@@ -51,8 +51,8 @@
 //! Sources: Hillaire, "A Scalable and Production Ready Sky and Atmosphere Rendering Technique", CGF 39(4), 2020,
 //! doi:10.1111/cgf.14050, at 19 wavelengths; aerosols by Bird and Riordan, "Simple Solar Spectral Model", 1986, of an optical
 //! depth at 550 nm of 0.1 (turbidity - 1), after Preetham et al., "A Practical Analytic Model for Daylight", SIGGRAPH 1999,
-//! doi:10.1145/311535.311545; the position of the sun after Meeus, "Astronomical Algorithms", 1998. The angle of scattering
-//! is right for light that is scattered once; further orders count as even. The irradiance of the sky is within 7 % of random
+//! doi:10.1145/311535.311545; the position of the sun after Meeus, "Astronomical Algorithms", 1998. Single
+//! scattering has the exact phase functions; higher orders are isotropic. The irradiance of the sky is within 7 % of random
 //! walks through the same air with the sun at 50 degrees, 12 % too low at 12 degrees. A turbidity of 1.1 is near to Blender's
 //! sky of multiple scattering with its defaults, 2 to that of Hosek and Wilkie with 3.
 

@@ -20,8 +20,8 @@ const MARGIN: f32 = 64.0 * f32::EPSILON;
 /// The most pairs of shapes that are compared; scenes of more have no contacts.
 const MOST_PAIRS: usize = 100_000_000;
 
-/// The part of the way from the own surface to the origin that a ray starts behind. Surfaces nearer to the own one, such as those in
-/// the same plane, are not hit.
+/// The fraction of the offset beyond its own surface at which a ray starts. Surfaces nearer to the own one, such as those in the same
+/// plane, are not hit.
 const APART: f32 = 1e-3;
 
 /// The largest part of a ray before its origin, in offsets of it; more grazing rays start at their origin.
@@ -102,7 +102,7 @@ impl Contacts {
         self.found(geometry, |shape| is_moved[shape])
     }
 
-    /// Finds the contacts of the shapes that `is_new` tells, and keeps those of the others.
+    /// Finds the contacts of the shapes for which `is_new` holds, and keeps those of the others.
     fn found(&self, geometry: &Geometry, is_new: impl Fn(usize) -> bool) -> Self {
         let prim = |shape: usize| PrimId::new((geometry.triangles.len() + shape) as u32);
         let bounds: Vec<Aabb> = (0..geometry.shapes.len()).map(|i| geometry.bounds(prim(i))).collect();

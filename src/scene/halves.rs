@@ -136,8 +136,8 @@ impl ShadingUpdate {
 }
 
 impl SceneShading {
-    /// Makes the shading of these materials, each with its name, the first of them with the normal maps that they are given, and of these analytic
-    /// lights with their profiles, the groups of all lights and the sets that light objects.
+    /// Creates the shading from materials with their names and given normal maps, analytic lights with their profiles, light groups and
+    /// light links.
     pub fn new(
         (material_names, materials, given_normal_maps): (Vec<String>, Vec<Material>, Vec<Option<NormalMap>>),
         (textures, bitmaps): (Vec<Texture>, Vec<Bitmap>),

@@ -157,8 +157,8 @@ impl SurfaceInteraction {
         }
     }
 
-    /// Removes what shading reads of every surface and not every hit sets: an interaction is used for one hit after another, and
-    /// what is left of the last would show.
+    /// Resets the fields that shading reads of every surface but not every hit sets: interactions are reused, and stale values would
+    /// show.
     #[inline(always)]
     pub(super) fn clear_parameters(&mut self) {
         (self.dpdu, self.dpdv, self.tangent) = (Vec3::ZERO, Vec3::ZERO, Vec4::ZERO);

@@ -112,7 +112,7 @@ impl LightLinks {
     }
 }
 
-/// The objects that sampled light is sought for.
+/// The objects that take part in light transport.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LitWorld {
     Whole,

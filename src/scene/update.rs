@@ -59,7 +59,7 @@ impl SceneUpdate {
 /// The reason why an update failed.
 #[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SceneUpdateError {
-    #[error("object {} cannot be moved: it has no shapes and instances, or meshes that are baked into the world", .0.0)]
+    #[error("object {} cannot be moved: it has no shape or instance, or it has meshes that are baked into the world", .0.0)]
     NotMovable(ObjectId),
     #[error("there is no mesh {}", .0.0)]
     NoSuchMesh(MeshId),

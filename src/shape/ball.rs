@@ -26,7 +26,7 @@ struct SubtendedCone {
     /// 1 - cos of the half angle.
     one_minus_cos: f64,
     /// Not from inside, and not from the surface itself: rounding puts half of its points outside, and the cone of those would
-    /// hold the near side only. Without it the numbers have no meaning.
+    /// hold the near side only. If false, the other fields are unspecified.
     is_seen: bool,
 }
 

@@ -24,7 +24,7 @@ pub struct Attempt {
 impl Attempt {
     pub const MISSES: u32 = 0;
     pub const MEETS: u32 = 1;
-    /// [`ShapeKind::intersect`](super::ShapeKind::intersect) has to be asked.
+    /// Only [`ShapeKind::intersect`](super::ShapeKind::intersect) can tell.
     pub const UNKNOWN: u32 = 2;
 
     /// The attempt at a ray that meets the shape or does not.

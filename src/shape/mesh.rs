@@ -128,8 +128,8 @@
 //! Shading normals of `bump` are those of a surface that is raised by the texture's luminance (or the channel of `-imfchan`) times
 //! `-bm`, in the model's unit of length.
 //!
-//! Not rendered are displacement (`disp`), `decal`, `refl`, the base of `-mm`, and point clouds. A library or texture that
-//! is not there is a warning, and the surface is without. Colours of vertices multiply those of the material, white where there
+//! Not rendered are displacement (`disp`), `decal`, `refl`, the base of `-mm`, and the points of OBJ files. A missing library or
+//! texture is a warning; the surface is rendered without it. Colours of vertices multiply those of the material, white where there
 //! is none; those of OBJ files and whole numbers are display values, floats of PLY files are linear, and all are cut to 0 and 1.
 //! What is not finite in a file costs its vertex, normal or facet, and a warning counts it.
 //!

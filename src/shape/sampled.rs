@@ -29,7 +29,7 @@ pub struct SampledPoint {
     pub ng: Vec3,
     /// The density of the direction in sr^-1; not above 0 where there is no sample.
     pub pdf: f32,
-    /// Whether this is the sample; else, the emitter has to be asked itself.
+    /// Whether the block drew this sample; otherwise the emitter is sampled by itself.
     pub is_known: bool,
 }
 

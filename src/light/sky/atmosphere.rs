@@ -56,7 +56,7 @@ pub(super) fn aerosols_phase(cos: f64) -> f64 {
     (1.0 - g * g) / (4.0 * PI * d * d.sqrt())
 }
 
-/// A point by its distance from the centre, and the cosines of the angles of the ray and the sun to its zenith.
+/// A point by its distance from the centre, and the cosine of the angle between the sun and its zenith.
 #[derive(Clone, Copy)]
 struct Place {
     r: f64,

@@ -205,7 +205,7 @@ fn elevation_of(row: usize, dip: f64) -> f64 {
 fn irradiance(atmosphere: &Atmosphere, frame: &Frame) -> Spectrum {
     let [heights, azimuths] = IRRADIANCE;
     let from = |k: usize| {
-        // Evenly by the square of the sine, which is by the cosine of the ground.
+        // Uniform in the square of the sine, which is cosine-weighted on the ground.
         let sin = (((k / azimuths) as f64 + 0.5) / heights as f64).sqrt();
         let azimuth = PI * ((k % azimuths) as f64 + 0.5) / azimuths as f64;
         let ray = frame.ray(libm::asin(sin), azimuth);

@@ -96,7 +96,7 @@ impl<const N: usize> LightGroups<N> {
         let open = Angle::of_cos(directions.cos_o);
         (self.cos_o[i], self.sin_o[i]) = (open.cos, open.sin);
         self.cos_e[i] = if shines_all_ways {
-            // Then every group is at normal incidence.
+            // Then all directions count as along the axis.
             (self.cos_o[i], self.sin_o[i]) = (-2.0, 0.0);
             -2.0
         } else {
