@@ -387,6 +387,8 @@ impl Job {
         self.compare_files()?;
         targets::check(&self.plan)?;
         let _lock = JobLock::new(&self.plan, control.cancel)?;
+        // Another job may have written them meanwhile.
+        self.check_files()?;
         sidecars::check(&self.plan)?;
         let coverage = self.plan.coverage_of_all(scene.background());
         let (plan, mut summary) = self.render(scene, observer, control)?;

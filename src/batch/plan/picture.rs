@@ -5,6 +5,7 @@ use crate::{
     accel::BuildOptions,
     batch::{Request, Turntable},
     camera::{FrameCamera, SceneCamera, SecondEye, StereoEye, stereo::Side},
+    compile::default_scene::normalise::Normalise,
     describe::{Diagnostics, SceneDesc},
     error::Error,
     film::{
@@ -28,6 +29,8 @@ pub struct PicturePlan {
     pub scene: String,
     /// The radius in m of the points of a model that is the scene, the variant of its materials, and the unit of its lights.
     pub model: (Option<f32>, Option<String>, Option<LightUnits>),
+    /// Whether it stands on a ground, and the unit shape that it is scaled to.
+    pub placed: (bool, Option<Normalise>),
     /// The scene's own camera.
     pub camera: Option<SceneCamera>,
     /// Moves the camera once the scene is known.
@@ -100,6 +103,7 @@ impl PicturePlan {
         Ok(Self {
             scene: scene.to_string_lossy().into_owned(),
             model: (request.point_radius, request.variant.clone(), request.light_units),
+            placed: (request.ground, request.normalise),
             camera,
             turntable,
             stereo: request.stereo,

@@ -12,6 +12,7 @@ use crate::{
     assets::{ContentHash, Store},
     batch::{Plan, PlannedFrame, Turntable, frame_scenes::time_in_frames},
     camera::{FrameCamera, Neighbours, SecondEye},
+    compile::default_scene::normalise::Normalise,
     describe::Source,
     film::{PassRequest, Window},
     filter::Filter,
@@ -20,7 +21,7 @@ use crate::{
     output::{Attribute, DisplayTransform, Encoding, FrameMetadata, Shown, camera_attributes},
     render::{AdaptiveSampling, Content, SampleRanges, SceneTime, Settings, moment_times},
     sampler::Sampler,
-    shape::mesh::AnimationChoice,
+    shape::mesh::{AnimationChoice, LightUnits},
 };
 
 /// Rises with every change of the program that changes pixels between two versions of the package.
@@ -107,6 +108,11 @@ struct Hashed<'a> {
     turntable: Option<Turntable>,
     point_radius: Option<f32>,
     variant: &'a Option<String>,
+    /// The unit of a model's lights, and its ground and size.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    light_units: Option<LightUnits>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    placed: Option<(bool, Option<Normalise>)>,
     /// The animations of a model by itself.
     #[serde(skip_serializing_if = "Option::is_none")]
     animation: &'a Option<AnimationChoice>,
@@ -214,6 +220,8 @@ impl<'a> Hashed<'a> {
             turntable: picture.turntable,
             point_radius: picture.model.0,
             variant: &picture.model.1,
+            light_units: picture.model.2,
+            placed: Some(picture.placed).filter(|placed| *placed != (false, None)),
             animation: &picture.animation,
             frame: number,
             camera: camera.map(|camera| camera.clone().with_neighbours(Neighbours::default())),
