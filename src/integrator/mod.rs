@@ -152,7 +152,7 @@ impl Bounces {
 #[derive(Clone, Copy, Debug)]
 pub enum Vertex<'a> {
     Surface(&'a SurfaceInteraction, &'a Hit),
-    /// The ray hit nothing; the background emits this light.
+    /// The ray hit nothing. The background emits this light; it is black if the ray has an end, at a surface that it passes.
     Miss(&'a EnvironmentLight),
 }
 

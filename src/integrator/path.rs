@@ -272,11 +272,14 @@ impl PathTracer {
         out.spawn_path(going_on.ray, weight, last);
     }
 
-    /// Adds the radiance of the background.
+    /// Adds the radiance of the background, and of the lights before it.
     fn escape(&self, context: &VertexContext<'_>, background: &EnvironmentLight, out: &mut ShadingOutput) {
         let (scene, path, w) = (context.scene, context.path, context.ray.d);
         if !scene.lights.lamps().is_empty() {
-            self.lamps(context, f32::INFINITY, out);
+            self.lamps(context, context.ray.tmax, out);
+        }
+        if context.ray.tmax.is_finite() {
+            return;
         }
         if !path.last.media.is_empty() {
             out.attenuate(scene.transmittance(path.last.media, f32::INFINITY));

@@ -156,7 +156,7 @@ fn add_lamps(context: &VertexContext<'_>, out: &mut ShadingOutput) {
     let scene = context.scene;
     let end = match context.vertex {
         Vertex::Surface(surface, _) => surface.t,
-        Vertex::Miss(_) => f32::INFINITY,
+        Vertex::Miss(_) => context.ray.tmax,
     };
     for hit in scene.lamps_along(context.ray, end, context.path.depth == 1) {
         if context.arrives(LightOrigin::Light(hit.light)) {

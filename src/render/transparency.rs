@@ -1,4 +1,5 @@
-//! Surfaces that rays pass: by their opacity, because their object is hidden from the ray, because the ray meets a back that is culled, because a medium of higher priority fills the space, or because they do not refract.
+//! Surfaces that rays pass: by their opacity, because their object is hidden from the ray, because the ray meets a back that is
+//! culled, because a medium of higher priority fills the space, or because they do not refract.
 //!
 //! A path passes a surface with a probability of one minus its opacity; depth, random numbers and ray stay the same. A shadow ray
 //! is attenuated by all surfaces that it passes, and by the media between them. Scenes without such surfaces have no
@@ -25,6 +26,15 @@ pub(super) struct Passing {
     hits: Vec<Option<Hit>>,
     /// The start of the current segment of each shadow ray, in lengths of its direction.
     starts: Vec<f32>,
+    /// The segments that paths have left behind as the medium changed, with the states of the paths there.
+    passed: Vec<(Ray, PathState)>,
+}
+
+impl Passing {
+    /// The segments in other media that the paths of the last [`pass`] have left behind; none in scenes without lights with a surface.
+    pub fn passed(&self) -> &[(Ray, PathState)] {
+        &self.passed
+    }
 }
 
 /// Paths whose rays have been traced.
@@ -90,6 +100,8 @@ pub(super) fn pass(
     } = arrived;
     let mut traced = 0;
     let mut passages = HashMap::<u32, Passages>::new();
+    passing.passed.clear();
+    let has_lamps = !scene.lights.lamps().is_empty();
     passing.asked.clear();
     passing.asked.extend(0..rays.len() as u32);
     while !passing.asked.is_empty() {
@@ -120,6 +132,14 @@ pub(super) fn pass(
             }
             let behind = behind(scene, path.last.media, ray, hit);
             if behind != path.last.media {
+                if has_lamps {
+                    let segment = Ray {
+                        tmin: passages.start,
+                        tmax: hit.t,
+                        ..*ray
+                    };
+                    passing.passed.push((segment, *path));
+                }
                 let distance = (hit.t - passages.start) * ray.d.length();
                 path.throughput *= scene.transmittance(path.last.media, distance);
                 path.cone = path.cone.moved(distance);

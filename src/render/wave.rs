@@ -4,6 +4,7 @@
 //! wave that grows too large is split between samples, never within one.
 
 mod grouping;
+mod misses;
 mod roles;
 mod shadow_rays;
 mod sweep;
@@ -25,7 +26,6 @@ use crate::{
     film::TileAccumulator,
     geometry::{Hit, PrimId},
     integrator::{PathState, ShadingOutput, Stage, light_layers::LightLayers},
-    light::environment::EnvironmentLight,
     math::{Ray, Rgb},
     sampler::{Dimension, PathSampler, SampleKeys, SampleUse},
     scene::FirstHit,
@@ -294,6 +294,7 @@ impl Wave {
             self.shade_surfaces(context, block, round);
             if round == 0 {
                 self.shade_misses(context);
+                self.shade_passed(context);
                 self.out.clock.lap(Stage::Background);
             }
             traced += self.resolve_shadow_rays(context, block.layout());
@@ -415,56 +416,6 @@ impl Wave {
             let batch = inputs.batch(context, arrived, indices);
             context.integrator.shade_batch(&batch, out);
             out.clock.lap(Stage::Bsdf);
-        }
-    }
-
-    /// Shades all paths whose rays hit nothing.
-    fn shade_misses(&mut self, context: &RenderContext<'_>) {
-        let shows_background = context.shows_background();
-        let is_seen = self.paths.first().is_some_and(|path| path.depth == 1);
-        let is_hidden = !shows_background && is_seen;
-        let backdrop = context.scene.shading.background.backdrop.filter(|_| is_seen);
-        if is_hidden {
-            for &i in &self.miss_indices {
-                self.alpha[self.paths[i as usize].sample as usize] = 0.0;
-            }
-            // The camera may see lights before it.
-            if context.scene.lights.lamps().is_empty() || context.settings.content != Content::Light {
-                return;
-            }
-        }
-        let Self {
-            rays,
-            paths,
-            hits,
-            miss_indices,
-            inputs,
-            out,
-            weights,
-            ..
-        } = self;
-        inputs.surfaces.interactions.clear();
-        inputs.keys.start(context.settings.seed, context.settings.noise_frame);
-        inputs.samples.clear();
-        inputs.lights.clear();
-        for indices in miss_indices.chunks(SHADE_BATCH) {
-            let directions = indices.iter().map(|&i| rays[i as usize].d);
-            let background = &context.scene.shading.background.radiance;
-            background.look_up(context.simd, directions, &mut inputs.misses);
-            if is_hidden {
-                inputs.misses.fill(EnvironmentLight::default());
-            } else if let Some(radiance) = backdrop {
-                inputs.misses.fill(EnvironmentLight { radiance, pdf: 0.0 });
-            }
-            let arrived = ArrivedRays {
-                rays,
-                paths,
-                hits,
-                samples: weights.len() as u32,
-                round: 0,
-            };
-            let batch = inputs.batch(context, arrived, indices);
-            context.integrator.shade_batch(&batch, out);
         }
     }
 
