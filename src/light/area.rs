@@ -38,7 +38,7 @@ impl AreaSample {
         }
     }
 
-    /// The cosine between the normal and the direction to `from`: above 0 if `from` is in front.
+    /// The height of `from` above the plane of the emitter: above 0 if `from` is in front.
     #[inline]
     pub fn front_cos(&self, from: Vec3) -> f32 {
         self.ng.dot(from - self.p)
@@ -58,15 +58,17 @@ impl AreaSample {
         })
     }
 
-    /// The direction and the distance of that light.
+    /// The direction and the distance of that light. The distance is 0 if rounding errors alone keep `from` from lying in the plane
+    /// of the emitter, as they do for a point of a tilted emitter itself: no light arrives there.
     #[inline(always)]
     pub(super) fn direction(&self, from: Vec3) -> (Vec3, f32) {
         let reach = from.abs().max_element() + self.p.abs().max_element();
         let gap = self.ng.abs().dot(self.p_error) + reach * gamma(32);
-        let side = if self.front_cos(from) < 0.0 { -gap } else { gap };
+        let height = self.front_cos(from);
+        let side = if height < 0.0 { -gap } else { gap };
         let to = self.p + self.ng * side - from;
         let distance = to.length();
-        (to / distance, distance)
+        (to / distance, if height.abs() > gap { distance } else { 0.0 })
     }
 }
 

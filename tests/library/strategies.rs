@@ -159,3 +159,55 @@ fn the_colours_of_a_film_are_the_same_in_every_working_space() {
     }
     assert!((r - b).abs() > 0.02, "{r} {b}");
 }
+
+#[test]
+fn a_light_before_a_surface_that_is_passed_is_seen_whole() {
+    // A body of 1 m whose surface is passed with this probability, and in which half a metre halves light.
+    let seen = |opacity: f64, z: f64| {
+        mean(
+            "samples = 64",
+            &format!(
+                "[camera]\nperspective = {{ eye = [0, 0, 4], target = [0, 0, 0], fov = 2 }}\n\
+                 [material.body]\nprincipled = {{ base_color = 1, transmission = 1, roughness = 0, ior = 1, thickness = 1, \
+                 attenuation_color = [0.25, 0.25, 0.25], attenuation_distance = 1, opacity = {opacity} }}\n\
+                 [[object]]\nmaterial = 'body'\nshape.cuboid = {{ min = [-1, -1, -1], max = [1, 1, 0] }}\n\
+                 [[light]]\nrect = {{ position = [0, 0, {z}], direction = [0, 0, 1], size = [1, 1], radiance = 1, camera = true }}\n"
+            ),
+        )[1]
+    };
+    for opacity in [1.0, 0.5, 0.1, 0.0] {
+        for (z, expected) in [(2.0, 1.0), (-0.5, 0.5), (-2.0, 0.25)] {
+            let found = seen(opacity, z);
+            assert!((found / expected - 1.0).abs() < 2e-3, "{opacity} {z}: {found}");
+        }
+    }
+}
+
+#[test]
+fn a_flat_emitter_does_not_light_itself() {
+    let side = "corners = [[-1, 0, 1], [1, 0, 1], [1, 0.1, -1], [-1, 0.1, -1]]";
+    let sheets = [
+        format!("shape.quad = {{ {side} }}"),
+        "shape.quad = { corners = [[-1, 0, 1], [1, 0, 1], [1.3, 0.1, -1], [-1, 0.1, -1]] }".to_owned(),
+        "shape.quad = { corners = [[-1, 0, 1], [1, 0, 1], [1, 0, -1], [-1, 0, -1]] }\ntransform = { rotate = [3, 20, 7], translate = [0.1, 0.2, 0.3] }"
+            .to_owned(),
+        "shape.cuboid = { min = [-1, -1, -1], max = [1, 0, 1] }\ntransform.rotate = [3, 20, 7]".to_owned(),
+        "shape.cylinder = { radius = 0.5, height = 1 }\ntransform.rotate = [31, 12, 7]".to_owned(),
+        "shape.disk = { radius = 1, normal = [0.1, 1, 0.2] }".to_owned(),
+    ];
+    for sheet in sheets {
+        let scene = format!(
+            "[camera]\nperspective = {{ eye = [0, 2, 4], target = [0, 0, 0], fov = 20 }}\n\
+             [material.hot]\nprincipled = {{ base_color = 0.8, specular = 0, roughness = 1, emissive = 1 }}\n\
+             [[object]]\nmaterial = 'hot'\n{sheet}\n"
+        );
+        let [one, two] = [1, 4].map(|depth| {
+            mean(
+                &format!("samples = 64\nintegrator.path = {{ max_depth = {depth}, strategy = 'light' }}"),
+                &scene,
+            )[1]
+        });
+        assert!(one > 0.1, "{sheet}: {one}");
+        assert!((two / one - 1.0).abs() < 1e-5, "{sheet}: {one} {two}");
+    }
+}
