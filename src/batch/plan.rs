@@ -104,6 +104,8 @@ pub struct Plan {
     pub values: Option<Arc<Values>>,
     /// Whether models play animations.
     plays: bool,
+    /// Whether every point of the picture has a camera ray, in all frames of the sequence, whichever are rendered.
+    pub fills_film: bool,
     /// The place of a model by itself, if it is moved to have a common size.
     pub(super) model_place: Option<ModelPlace>,
     /// The run of a model by itself.
@@ -182,6 +184,7 @@ impl Plan {
             first_frame,
             first_eye,
             metering,
+            fills_film,
             ..
         } = cameras(
             desc,
@@ -235,6 +238,7 @@ impl Plan {
             camera_path: request.camera_path.clone(),
             values,
             plays,
+            fills_film,
             model_place: request.normalise.and_then(|_| ModelPlace::of(desc)),
             run,
             picture,
@@ -319,11 +323,10 @@ impl Plan {
         }
     }
 
-    /// The coverage of the pictures of all frames, with the background of the scene file.
+    /// The coverage of the pictures of all frames of the sequence, with the background of the scene file.
     pub(super) fn coverage_of_all(&self, background: &Background) -> Coverage {
         let hides = self.values.as_ref().is_some_and(|values| values.hides_background());
-        let fills_film = self.frames.iter().all(|frame| frame.camera.fills_film());
-        self.coverage(background, fills_film && !hides)
+        self.coverage(background, self.fills_film && !hides)
     }
 
     /// The metadata of a frame's files, but for their fingerprint.

@@ -80,19 +80,21 @@ pub fn run(
     let WriteSummary {
         clamped,
         written,
+        done,
         failures,
     } = written?;
+    let (rendered, skipped) = rendered?;
     let mut summary = Summary {
         clamped,
         written,
-        ..rendered?
+        ..rendered
     };
     summary.failures.extend(failures);
     sorting::sort_by_key(&mut summary.failures, |failure| failure.frame);
     sidecars::write(
         (plan, survey.inputs),
         (&rig, scenes.current(), labels),
-        &summary.failures,
+        &done.into_iter().chain(skipped).collect(),
         control.cancel,
     )?;
     summary.wall = start.elapsed();
@@ -101,14 +103,15 @@ pub fn run(
     Ok(summary)
 }
 
+/// Returns also the frames that are on disk already.
 fn render_all<'a>(
     (plan, rig): (&'a Plan, &CameraRig),
     (scenes, labels): (&mut Scenes<'_>, &mut Labels),
     (survey, coverage): (&Survey, Coverage),
     (observer, control): (&dyn Observer, &Control<'_>),
     send: &SyncSender<Finished<'a>>,
-) -> Result<Summary, Error> {
-    let mut summary = Summary::default();
+) -> Result<(Summary, Vec<i32>), Error> {
+    let (mut summary, mut skipped) = (Summary::default(), Vec::new());
     let (mut renderer, mut unjudged) = (Renderer::new(), JUDGED_FRAMES);
     for (index, frame) in plan.frames.iter().enumerate() {
         if plan.policy.existing == Existing::Skip {
@@ -129,6 +132,7 @@ fn render_all<'a>(
                         summary.skipped += 1;
                     }
                     labels.add((plan, rig), scenes, frame, control.cancel)?;
+                    skipped.push(frame.number);
                     continue;
                 }
                 Some(stale) if stale.reason == StaleReason::Missing => {}
@@ -236,7 +240,7 @@ fn render_all<'a>(
             break;
         }
     }
-    Ok(summary)
+    Ok((summary, skipped))
 }
 
 /// Counts a frame that failed, and reports it.

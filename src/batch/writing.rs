@@ -55,7 +55,10 @@ impl Finished<'_> {
 pub(super) struct WriteSummary {
     /// Values that did not fit into their files.
     pub clamped: u64,
+    /// The number of final pictures.
     pub written: usize,
+    /// The frames whose files are on disk.
+    pub done: Vec<i32>,
     pub failures: Vec<FrameFailure>,
 }
 
@@ -139,7 +142,8 @@ impl Writer<'_> {
                 }
             };
             if next == Next::Ends {
-                return Ok(());
+                // Frames that wait are whole.
+                return self.put(&mut batch).map(drop);
             }
         }
     }
@@ -187,6 +191,7 @@ impl Writer<'_> {
         let mut held = std::mem::take(batch).held;
         let files = held.iter_mut().flat_map(|held| held.files.drain(..)).collect();
         let are_put = atomic::put(files).is_ok();
+        let mut all = Next::GoesOn;
         for held in held {
             let next = match are_put {
                 true => {
@@ -201,10 +206,10 @@ impl Writer<'_> {
                 false => self.write_alone(&held.finished)?,
             };
             if next == Next::Ends {
-                return Ok(Next::Ends);
+                all = next;
             }
         }
-        Ok(Next::GoesOn)
+        Ok(all)
     }
 
     /// Writes the files of a frame, one after the other, in several attempts if that may help.
@@ -284,6 +289,7 @@ impl Writer<'_> {
         if self.plan.policy.checkpoint.is_some() {
             checkpoint::remove(frame);
         }
+        self.summary.done.push(frame.number);
         if self.is_final() {
             self.summary.written += 1;
             self.observer.event(&JobEvent::FrameWritten { frame: frame.number });

@@ -27,10 +27,10 @@ impl FramesFailed {
         if count == 0 {
             return Ok(());
         }
-        let (unhelped, has_written) = (summary.unhelped, summary.written > 0);
+        let (unhelped, has_others) = (summary.unhelped, summary.written + summary.skipped > 0);
         let mut blames = summary.failures.into_iter().map(|failure| blame(failure.cause));
         let first = blames.next().flatten();
-        let is_common = !has_written && blames.all(|blame| blame == first);
+        let is_common = !has_others && blames.all(|blame| blame == first);
         let blame = first.filter(|_| is_common);
         Err(anyhow::Error::new(Self { count, unhelped, blame }))
     }

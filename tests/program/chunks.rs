@@ -289,3 +289,65 @@ fn figures_in_the_place_of_a_pipe_are_refused_at_once() {
         folder.fail(73, &[&job[..], chunk].concat());
     }
 }
+
+/// A job over the frames of a path whose lens is bent in the last frame alone.
+fn folder_of_bent_lens() -> Folder {
+    let folder = Folder::new();
+    let lens =
+        "perspective = { eye = [0, 2, 6], target = [0, 0.8, 0], fov = 40, aperture_radius = 0.05, focus_distance = 6 }";
+    let pinhole = "pinhole = { eye = [0, 2, 6], target = [0, 0.8, 0], fx = 70 }";
+    let scene = SMALL_SCENE.replace(lens, pinhole);
+    assert!(scene.contains(pinhole), "the lens of the scene");
+    folder.write("s.toml", &scene);
+    let head = "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z,k1\n";
+    let rows = "1,0,2,6,0,0.8,0,0\n2,1,2,6,0,0.8,0,0\n3,2,2,5,0,0.8,0,0.1\n";
+    folder.write("path.csv", &format!("{head}{rows}"));
+    folder
+}
+
+#[test]
+fn parts_of_a_path_whose_lens_changes_write_the_pictures_and_cameras_of_the_whole_job() {
+    let whole = folder_of_bent_lens();
+    whole.succeed(&JOB);
+    let file: Value = serde_json::from_slice(&whole.read("out/transforms.json")).expect("JSON");
+    assert_eq!(file["camera_model"], "OPENCV");
+    for parts in [
+        ["--range=1-2", "--range=3"],
+        ["--range=3", "--range=1-2"],
+        ["--part=1/2", "--part=2/2"],
+    ] {
+        let folder = folder_of_bent_lens();
+        for part in parts {
+            let said = folder.succeed(&[&JOB[..], &[part]].concat());
+            assert!(!said.contains("warning"), "{said}");
+        }
+        assert_same(&folder, &whole);
+        for frame in 1..=3 {
+            let name = format!("out/f.{frame:04}.png");
+            assert!(folder.read(&name) == whole.read(&name), "{name}");
+        }
+    }
+}
+
+#[test]
+fn a_job_that_ends_at_a_failed_frame_lists_no_frame_that_it_did_not_render() {
+    let folder = folder();
+    let scene = format!(
+        "{SMALL_SCENE}[[object]]\nname = \"box\"\nmaterial = \"red\"\nshape.cuboid = {{ min = [0, 0, 0], max = [1, 1, 1] }}\n"
+    );
+    folder.write("s.toml", &scene);
+    // A box of frame 3 has no size.
+    folder.write(
+        "v.csv",
+        "frame,object.box.shape.cuboid.max.x\n1,1\n2,1\n3,-1\n4,1\n5,1\n",
+    );
+    let job = [&JOB[..], &["--values", "v.csv"]].concat();
+    folder.fail(65, &[&job[..], &["--range", "3"]].concat());
+    folder.fail(1, &[&job[..], &["--fail-fast"]].concat());
+    assert_eq!(frames(&folder, "out/transforms.json"), [1, 2]);
+    folder.fail(1, &job);
+    assert_eq!(frames(&folder, "out/transforms.json"), [1, 2, 4, 5]);
+    // All that was tried has failed, but the other frames are there.
+    folder.fail(1, &[&job[..], &["--skip-existing"]].concat());
+    assert_eq!(frames(&folder, "out/transforms.json"), [1, 2, 4, 5]);
+}

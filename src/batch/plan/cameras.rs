@@ -47,6 +47,8 @@ pub(in crate::batch) struct JobCameras {
     pub first_eye: Option<DVec3>,
     /// The first camera, whichever frames are rendered, for the picture that is metered.
     pub metering: Option<FrameCamera>,
+    /// Whether every point of the picture has a camera ray, in all frames, whichever are rendered.
+    pub fills_film: bool,
     /// The camera path, until the eyes of its frames are known.
     path: Option<CameraPath>,
 }
@@ -127,7 +129,6 @@ fn middle_cameras(
                 .into_iter()
                 .map(of)
                 .collect::<Result<_, Error>>()?,
-            extent: all,
             first_frame: first,
             first_eye: scene_camera.map(|camera| camera.pose.eye()),
             metering: Some(FrameCamera::from(Camera::new(
@@ -135,6 +136,8 @@ fn middle_cameras(
                 &camera.lens,
                 metered_resolution(resolution),
             ))),
+            fills_film: own.fills_film(&all, resolution),
+            extent: all,
             path: None,
         });
     };
@@ -167,6 +170,19 @@ fn middle_cameras(
         Err(NoFrameCamera::Lens(error)) => return Err(error),
         camera => camera.ok(),
     };
+    // A lens without distortion at the keys of the path has none between them.
+    let fills_film = {
+        let times: Box<dyn Iterator<Item = f64>> = match own.moving.is_some() {
+            true => Box::new(counted(&all)),
+            false => Box::new(path.keys()),
+        };
+        let mut cameras = times.filter_map(|time| {
+            let state = path.at(time).ok()?;
+            let lens = lens_at(state.frame).ok()?;
+            Some(state.camera(&lens, resolution))
+        });
+        cameras.all(|camera| camera.fills_film())
+    };
     let frames = match (path.pictures(), &request.range) {
         (Some(pictures), None) => FrameRange::of(pictures.iter().copied()),
         _ => frames(request, (&all, &all), &what)?,
@@ -192,6 +208,7 @@ fn middle_cameras(
         extent: all,
         first_eye,
         metering,
+        fills_film,
         path: Some(path),
     })
 }
@@ -224,6 +241,7 @@ fn of_views(
             .map(of)
             .collect::<Result<_, _>>()?,
         first_frame: *all.start() as f64,
+        fills_film: own.fills_film(&all, resolution),
         extent: all,
         first_eye: Some(first.pose.eye()),
         metering: Some(FrameCamera::from(metered)),
@@ -348,6 +366,16 @@ impl<'a> OwnCamera<'a> {
         }
     }
 
+    /// Whether every point of a picture of this size has a camera ray in all these frames.
+    fn fills_film(&self, frames: &RangeInclusive<i64>, film: FilmSize) -> bool {
+        // Only values change the lens.
+        let most = if self.moving.is_some() { usize::MAX } else { 1 };
+        counted(frames).take(most).all(|time| match self.at(time) {
+            Ok(Some(camera)) => Camera::new(&camera.pose, &camera.lens, film).fills_film(),
+            Ok(None) | Err(_) => true,
+        })
+    }
+
     /// The camera of a frame. Where the scene moves, it has those of the frames around it beside it.
     ///
     /// # Errors
@@ -380,6 +408,11 @@ impl<'a> OwnCamera<'a> {
         let (previous, next) = (neighbour(-1.0)?, neighbour(1.0)?);
         Ok(camera.with_neighbours(Neighbours { previous, next }))
     }
+}
+
+/// The times of the first [`MAX_FRAMES`] of these frames.
+fn counted(frames: &RangeInclusive<i64>) -> impl Iterator<Item = f64> + use<> {
+    frames.clone().take(MAX_FRAMES).map(|frame| frame as f64)
 }
 
 /// The frames of the sequence that are not asked for and help to denoise those that are.

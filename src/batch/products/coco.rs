@@ -29,7 +29,7 @@ use self::{
 };
 use super::transforms::picture_name;
 use crate::{
-    batch::{FrameFailure, Plan, plan::metering::OBJECTS},
+    batch::{Plan, plan::metering::OBJECTS},
     film::Film,
     math::sorting,
     scene::{ObjectRole, Part, Scene},
@@ -174,12 +174,12 @@ impl Instances {
         *self.categories.entry(name).or_insert(next)
     }
 
-    /// The file of these frames but for those that failed.
-    pub(super) fn file(self, kind: CategoryKind, failures: &[FrameFailure]) -> Coco {
-        let failed: HashSet<i64> = failures.iter().map(|failure| failure.frame.into()).collect();
+    /// The file of those of these frames that are on disk.
+    pub(super) fn file(self, kind: CategoryKind, done: &HashSet<i32>) -> Coco {
+        let is_done = |frame: i64| i32::try_from(frame).is_ok_and(|frame| done.contains(&frame));
         let (mut images, mut annotations) = (self.images, self.annotations);
-        images.retain(|image| !failed.contains(&image.id));
-        annotations.retain(|annotation| !failed.contains(&annotation.image_id));
+        images.retain(|image| is_done(image.id));
+        annotations.retain(|annotation| is_done(annotation.image_id));
         let categories = self.categories.into_iter();
         let mut file = Coco {
             info: Info {

@@ -8,7 +8,6 @@ use std::{
 use serde::{Deserialize, Serialize};
 
 use crate::{
-    batch::FrameFailure,
     math::sorting,
     scene::{MatteKind, NodeId, Part, Scene},
 };
@@ -101,14 +100,13 @@ impl NamesOfFrames {
         );
     }
 
-    /// The file of these frames but for those that failed.
-    pub fn file(self, failures: &[FrameFailure]) -> IdsOfFrames {
-        let failed: HashSet<i32> = failures.iter().map(|failure| failure.frame).collect();
+    /// The file of those of these frames that are on disk.
+    pub fn file(self, done: &HashSet<i32>) -> IdsOfFrames {
         let mut file = IdsOfFrames {
             conventions: format!("frames lists those that a table is for; {CONVENTIONS}").into(),
             tables: self.0,
         };
-        file.retain(|frame| !failed.contains(&frame));
+        file.retain(|frame| done.contains(&frame));
         file
     }
 }

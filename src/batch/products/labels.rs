@@ -14,6 +14,12 @@ use crate::{
     render::{Cancel, SceneTime},
 };
 
+/// Whether `ids.json` has tables for frames.
+pub(super) fn has_names_of_frames(plan: &Plan) -> bool {
+    let change = plan.values.as_deref().is_some_and(|values| values.changes_models());
+    plan.files.sidecars.contains(&Sidecar::Ids) && change
+}
+
 /// The labels of the frames so far.
 pub(in crate::batch) struct Labels {
     pub(super) instances: Option<Instances>,
@@ -23,11 +29,10 @@ pub(in crate::batch) struct Labels {
 impl Labels {
     /// Those of no frame yet, as far as the plan has files for them.
     pub fn new(plan: &Plan) -> Self {
-        let has = |sidecar| plan.files.sidecars.contains(&sidecar);
-        let change = plan.values.as_deref().is_some_and(|values| values.changes_models());
+        let has_instances = plan.files.sidecars.contains(&Sidecar::Coco);
         Self {
-            instances: has(Sidecar::Coco).then(|| Instances::new(plan)),
-            names: (has(Sidecar::Ids) && change).then(NamesOfFrames::default),
+            instances: has_instances.then(|| Instances::new(plan)),
+            names: has_names_of_frames(plan).then(NamesOfFrames::default),
         }
     }
 

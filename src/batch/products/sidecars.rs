@@ -1,13 +1,20 @@
 //! Writing the files beside the pictures of a job.
 
-use std::{fs, path::Path};
+use std::{collections::HashSet, fs, path::Path};
 
 use serde::{Serialize, de::DeserializeOwned};
 
-use super::{coco::Coco, colmap, ids::Ids, labels::Labels, metadata::Sidecar, transforms};
+use super::{
+    coco::Coco,
+    colmap,
+    ids::{Ids, IdsOfFrames},
+    labels::{Labels, has_names_of_frames},
+    metadata::Sidecar,
+    transforms,
+};
 use crate::{
     assets::camera_path::transforms::Transforms,
-    batch::{CameraRig, FrameFailure, InputHash, Plan},
+    batch::{CameraRig, InputHash, Plan},
     error::Error,
     output::{Obstacle, OutputError, atomic, job_file::FolderGate},
     render::Cancel,
@@ -15,12 +22,12 @@ use crate::{
     warnings::WarningKind,
 };
 
-/// Writes the files beside the pictures of a plan, but for frames that `failures` names. A job that renders some frames of a
+/// Writes the files beside the pictures of a plan, with those of its frames in `done`, which are on disk. A job that renders some frames of a
 /// sequence keeps what others have written of the other frames.
 pub(in crate::batch) fn write(
     (plan, inputs): (&Plan, InputHash),
     (rig, scene, labels): (&CameraRig, &Scene, Labels),
-    failures: &[FrameFailure],
+    done: &HashSet<i32>,
     cancel: Option<&Cancel>,
 ) -> Result<(), Error> {
     let path = |sidecar: Sidecar| match plan.files.sidecars.contains(&sidecar) {
@@ -28,7 +35,7 @@ pub(in crate::batch) fn write(
         false => None,
     };
     if let Some(path_of_transforms) = path(Sidecar::Transforms) {
-        let mut own = transforms::of_job((plan, inputs), rig, failures)?;
+        let mut own = transforms::of_job((plan, inputs), rig, done)?;
         let _gate = FolderGate::close(&atomic::folder_of(&path_of_transforms), cancel);
         match transforms::read::<Transforms>(&path_of_transforms) {
             Ok(None) => {}
@@ -46,7 +53,7 @@ pub(in crate::batch) fn write(
         }
     }
     if let (Some(path), Some(instances)) = (path(Sidecar::Coco), labels.instances) {
-        let mut own = instances.file(plan.files.categories, failures);
+        let mut own = instances.file(plan.files.categories, done);
         let folder = atomic::folder_of(&path);
         let _gate = FolderGate::close(&folder, cancel);
         if plan.files.keeps_labels
@@ -60,7 +67,7 @@ pub(in crate::batch) fn write(
         (None, _) => Ok(()),
         (Some(path), None) => Ok(write_json(&path, &Ids::new(scene))?),
         (Some(path), Some(names)) => {
-            let mut own = names.file(failures);
+            let mut own = names.file(done);
             let _gate = FolderGate::close(&atomic::folder_of(&path), cancel);
             if plan.is_chunk
                 && let Some(others) = read(&path)?
@@ -78,10 +85,14 @@ pub(in crate::batch) fn write(
 /// A file of them is damaged.
 pub(in crate::batch) fn check(plan: &Plan) -> Result<(), Error> {
     let has = |sidecar: &Sidecar| plan.files.sidecars.contains(sidecar) && plan.files.keeps_labels;
-    match Some(Sidecar::Coco).filter(has).and_then(|coco| plan.sidecar_path(coco)) {
-        Some(path) => read::<Coco>(&path).map(drop),
-        None => Ok(()),
+    if let Some(path) = Some(Sidecar::Coco).filter(has).and_then(|coco| plan.sidecar_path(coco)) {
+        read::<Coco>(&path)?;
     }
+    let joins_names = plan.is_chunk && has_names_of_frames(plan);
+    if let Some(path) = plan.sidecar_path(Sidecar::Ids).filter(|_| joins_names) {
+        read::<IdsOfFrames>(&path)?;
+    }
+    Ok(())
 }
 
 /// The labels of other jobs in the file at `path`; `None` where there is none.

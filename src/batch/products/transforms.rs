@@ -12,7 +12,7 @@ use crate::{
         transforms::{CONVENTIONS, Frame, Transforms, model_name},
     },
     batch::{
-        CameraRig, Fingerprint, FrameFailure, InputHash, Plan, PlannedFrame,
+        CameraRig, Fingerprint, InputHash, Plan, PlannedFrame,
         resume::fingerprint::{FINGERPRINT, SCENE},
     },
     camera::CalibratedView,
@@ -47,11 +47,22 @@ fn is_of_job(plan: &Plan, inputs: InputHash, frame: &PlannedFrame) -> bool {
     })
 }
 
-/// The file of a job.
+/// The camera model of a file whose frames have these, of which OPENCV has PINHOLE as a special case; `None` if readers of one model
+/// would take some of them wrong.
+fn common_model<'a>(mut models: impl Iterator<Item = &'a str>) -> Option<&'a str> {
+    let first = models.next()?;
+    models.try_fold(first, |model, next| match (model, next) {
+        _ if model == next => Some(model),
+        ("PINHOLE", "OPENCV") | ("OPENCV", "PINHOLE") => Some("OPENCV"),
+        _ => None,
+    })
+}
+
+/// The file of a job, of whose own frames those in `done` are on disk.
 pub(super) fn of_job(
     (plan, inputs): (&Plan, InputHash),
     rig: &CameraRig,
-    failures: &[FrameFailure],
+    done: &HashSet<i32>,
 ) -> Result<Transforms, Error> {
     let window = plan.picture.settings.window;
     let frame = |frame: &PlannedFrame| {
@@ -66,13 +77,20 @@ pub(super) fn of_job(
             ..own
         })
     };
-    let first = plan.all_frames().first();
-    let first = first.map(|frame| calibrated(&rig.camera(plan, frame))).transpose()?;
-    let model = model_name(&first.map(|view| view.distortion).unwrap_or_default());
+    let distortion = |frame| calibrated(&rig.camera(plan, frame)).map(|view| view.distortion);
+    let distortions = plan
+        .all_frames()
+        .iter()
+        .map(distortion)
+        .collect::<Result<Vec<_>, _>>()?;
+    let model = common_model(distortions.iter().map(model_name)).ok_or_else(|| {
+        let message =
+            "--metadata transforms: readers take one camera model for all frames, and some are those of a fisheye";
+        Error::Usage(message.to_owned())
+    })?;
     let own: HashSet<i32> = plan.frames.iter().map(|frame| frame.number).collect();
-    let failed: HashSet<i32> = failures.iter().map(|failure| failure.frame).collect();
     let is_listed = |frame: &&PlannedFrame| match own.contains(&frame.number) {
-        true => !failed.contains(&frame.number),
+        true => done.contains(&frame.number),
         false => is_of_job(plan, inputs, frame),
     };
     let frames = plan.all_frames().iter().filter(is_listed).map(frame);
@@ -105,27 +123,21 @@ pub(super) fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, String
 /// Adds the frames of other parts of the same sequence, in rising order, if the job is a part of it. Frames of this job replace theirs.
 /// Warns of pictures of other jobs that are there and that the file lists no more.
 pub(super) fn join(own: &mut Transforms, others: Transforms, plan: &Plan, path: &Path) {
-    let shape = |t: &Transforms| {
-        (
-            t.conventions.clone(),
-            t.camera_model.clone(),
-            t.model_place.clone(),
-            t.w,
-            t.h,
-        )
-    };
-    if plan.is_chunk && shape(own) != shape(&others) {
+    let model = common_model([&*own.camera_model, &*others.camera_model].into_iter()).map(str::to_owned);
+    if plan.is_chunk
+        && let Some(why) = difference(own, &others, model.is_some())
+    {
         let path = path.display();
         let frames = match others.frames.len() {
             1 => "1 frame of other jobs is".to_owned(),
             count => format!("{count} frames of other jobs are"),
         };
-        let text = format!(
-            "{frames} lost: their pictures have {}x{} pixels, those of this job {}x{}: {path}",
-            others.w, others.h, own.w, own.h
-        );
+        let text = format!("{frames} lost: {why}: {path}");
         plan.warnings.add_live(WarningKind::LOST_FRAMES, path, text);
         return;
+    }
+    if let Some(model) = model.filter(|_| plan.is_chunk) {
+        own.camera_model = model.into();
     }
     let numbers: HashSet<i32> = own.frames.iter().map(|frame| frame.frame).collect();
     let names: HashSet<String> = own.frames.iter().map(|frame| frame.file_path.clone()).collect();
@@ -138,6 +150,26 @@ pub(super) fn join(own: &mut Transforms, others: Transforms, plan: &Plan, path: 
     own.frames.extend(kept);
     sorting::sort_by_key(&mut own.frames, |frame| frame.frame);
     warn_of_lost(&lost, plan, path);
+}
+
+/// Why frames of two files cannot be in one.
+fn difference(own: &Transforms, others: &Transforms, have_common_model: bool) -> Option<String> {
+    if (own.w, own.h) != (others.w, others.h) {
+        return Some(format!(
+            "their pictures have {}x{} pixels, those of this job {}x{}",
+            others.w, others.h, own.w, own.h
+        ));
+    }
+    if !have_common_model {
+        return Some(format!(
+            "their camera model is {}, that of this job {}",
+            others.camera_model, own.camera_model
+        ));
+    }
+    if own.model_place != others.model_place {
+        return Some("the model has another place or size in their pictures".to_owned());
+    }
+    (own.conventions != others.conventions).then(|| "another version of the program wrote them".to_owned())
 }
 
 /// Warns of those of these frames whose pictures are there.

@@ -25,7 +25,7 @@ use crate::{
 };
 
 /// Rises with every change of the program that changes pixels between two versions of the package.
-const PICTURE_VERSION: u32 = 15;
+const PICTURE_VERSION: u32 = 16;
 
 /// The version of the package.
 const VERSION: &str = env!("CARGO_PKG_VERSION");
@@ -58,7 +58,12 @@ impl InputHash {
             .filter(|(path, _)| !apart.contains(&path.as_path()))
             .map(|(path, hash)| {
                 let name = path.strip_prefix(home).unwrap_or(&path);
-                (hash.to_string(), name.display().to_string())
+                let name = name.display().to_string();
+                // The same on every system.
+                (
+                    hash.to_string(),
+                    if cfg!(windows) { name.replace('\\', "/") } else { name },
+                )
             })
             .collect();
         sorting::sort_by(&mut files, Ord::cmp);
@@ -119,6 +124,9 @@ struct Hashed<'a> {
     frame: i32,
     /// `None` for what all frames share.
     camera: Option<FrameCamera>,
+    /// Whether only cameras of other frames leave a part of the picture empty.
+    #[serde(skip_serializing_if = "<&bool as std::ops::Not>::not")]
+    others_lack_rays: bool,
     /// The second eye, which follows from it and this, and its place in the picture.
     #[serde(skip_serializing_if = "Option::is_none")]
     second_eye: Option<SecondEye>,
@@ -225,6 +233,7 @@ impl<'a> Hashed<'a> {
             animation: &picture.animation,
             frame: number,
             camera: camera.map(|camera| camera.clone().with_neighbours(Neighbours::default())),
+            others_lack_rays: !plan.fills_film && camera.is_some_and(FrameCamera::fills_film),
             second_eye: picture.second_eye,
             neighbours: camera.filter(|_| motion).map(|camera| camera.neighbours().clone()),
             moment,
@@ -357,7 +366,7 @@ mod tests {
         let PlannedFrame { number, camera, .. } = &plan.frames[1];
         let of =
             |version: &str| Fingerprint::by_version(version, &plan, &plan.picture.settings, inputs, (*number, camera));
-        assert_eq!(of("1.2.3").picture, "4cb7ccb0e88a1c6fb2429dfb025972f8");
+        assert_eq!(of("1.2.3").picture, "e08257b32ec70e024d2ffb308bd59be0");
         assert_ne!(of("1.2.4").picture, of("1.2.3").picture);
     }
 
