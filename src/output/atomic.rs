@@ -115,6 +115,11 @@ impl PendingFile {
                     }
                     thread::sleep(POLL);
                 }
+                Err(error) if error.kind() == io::ErrorKind::NotFound && folder_of(&self.target).is_dir() => {
+                    // A machine that sees no locks of this one has taken it for that of a killed process.
+                    let message = "another machine has removed the temporary file";
+                    return Err(self.failed(io::Error::new(io::ErrorKind::ResourceBusy, message)));
+                }
                 Err(error) => return Err(self.failed(error)),
             }
         }

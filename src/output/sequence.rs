@@ -138,16 +138,7 @@ impl FilePattern {
         let mut files = BTreeMap::new();
         let example = self.path(0);
         let folder = example.parent().unwrap_or(Path::new(""));
-        let prefix = Path::new(&self.before)
-            .file_name()
-            .unwrap_or_default()
-            .to_string_lossy();
-        // A pattern may begin a name with the number.
-        let prefix = if self.before.ends_with(std::path::is_separator) {
-            "".into()
-        } else {
-            prefix
-        };
+        let prefix = &self.before[self.before.rfind(std::path::is_separator).map_or(0, |at| at + 1)..];
         let listed = if folder.as_os_str().is_empty() {
             Path::new(".")
         } else {
@@ -156,7 +147,7 @@ impl FilePattern {
         for entry in fs::read_dir(listed)? {
             let name = entry?.file_name();
             let number = name.to_str().and_then(|name| {
-                let inner = name.strip_prefix(&*prefix)?.strip_suffix(&self.after)?;
+                let inner = name.strip_prefix(prefix)?.strip_suffix(&self.after)?;
                 inner.parse::<i32>().ok()
             });
             let path = number.map(|number| (number, self.path(number)));
@@ -357,6 +348,19 @@ mod tests {
             "{x}.png",
         ] {
             assert!(FilePattern::parse(fine).is_ok(), "{fine}");
+        }
+    }
+
+    #[test]
+    fn files_of_a_sequence_are_found_also_by_names_that_begin_with_a_dot_or_the_number() {
+        let home = tempfile::tempdir().unwrap();
+        for name in [".0002.exr", "0003.exr", "a.0004.exr", ".a.0005.exr"] {
+            fs::write(home.path().join(name), "").unwrap();
+        }
+        for (name, frame) in [(".####.exr", 2), ("####.exr", 3), ("a.####.exr", 4), (".a.####.exr", 5)] {
+            let pattern = home.path().join(name).into_os_string().into_string().unwrap();
+            let found = FilePattern::parse(&pattern).unwrap().existing().unwrap();
+            assert_eq!(found.into_keys().collect::<Vec<_>>(), [frame], "{name}");
         }
     }
 

@@ -171,3 +171,15 @@ fn a_file_has_the_permissions_of_any_new_file() {
     let mode = |path: &Path| fs::metadata(path).unwrap().permissions().mode();
     assert_eq!(mode(&ours), mode(&plain));
 }
+
+#[test]
+fn a_file_whose_temporary_is_removed_by_another_machine_may_be_written_again() {
+    let home = tempfile::tempdir().unwrap();
+    let path = home.path().join("frame.exr");
+    let pending = || PendingFile::new(&path, |out| Ok(out.write_all(b"whole")?)).unwrap().0;
+    let file = pending();
+    fs::remove_file(file.file.path()).unwrap();
+    assert!(put(vec![file]).unwrap_err().may_pass());
+    put(vec![pending()]).unwrap();
+    assert_eq!(names(home.path()), ["frame.exr"]);
+}
