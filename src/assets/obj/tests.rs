@@ -1,4 +1,5 @@
 use super::*;
+use crate::assets::MemoryBudget;
 
 fn read(text: &str) -> Result<Model, ObjError> {
     parse(
@@ -226,4 +227,18 @@ fn colors_out_of_range_are_cut_and_said() {
     assert_eq!(red(["1.5 0 0", "0.5 0 0", "0 0 0"]), (1.0, 1));
     assert_eq!(red(["-0.5 0 0", "0.5 0 0", "0 0 0"]), (0.0, 1));
     assert_eq!(red(["300 0 0", "0.5 0 0", "0 0 0"]), (1.0, 1));
+}
+
+#[test]
+fn a_file_that_takes_more_memory_than_is_allowed_is_not_read() {
+    let home = tempfile::tempdir().unwrap();
+    let path = home.path().join("a.obj");
+    std::fs::write(&path, "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n".repeat(1000)).unwrap();
+    let load_with = |kibibytes: u64| {
+        let files = Files::new(false, MemoryBudget::new(Some(kibibytes << 10)));
+        load(&path, FaceUse::Triangles, &files)
+    };
+    assert!(load_with(200).is_ok());
+    let refused = load_with(100).unwrap_err().to_string();
+    assert!(refused.contains("are allowed (--max-memory)"), "{refused}");
 }
