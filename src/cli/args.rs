@@ -25,7 +25,7 @@ use super::{
     settings::Settings,
     standard_input::input_format,
     stream::StreamForm,
-    values::{crop, duration, light_units, radius, size},
+    values::{crop, duration, frame_rate, light_units, radius, size},
     view_args::ViewArgs,
 };
 
@@ -400,7 +400,7 @@ pub struct RenderArgs {
     pub accel: batch_render::accel::AccelKind,
 
     /// Frames per second, for camera paths that give times; EXR files record it
-    #[arg(long, value_name = "N", hide_short_help = true, help_heading = heading::FRAMES)]
+    #[arg(long, value_name = "N", value_parser = frame_rate, hide_short_help = true, help_heading = heading::FRAMES)]
     pub fps: Option<f64>,
 
     /// Order of a camera path's rotations rot_x, rot_y and rot_z, such as ZXY

@@ -75,7 +75,7 @@ pub struct FlyArgs {
     pub animation: Vec<String>,
 
     /// Frames per second
-    #[arg(long, value_name = "N")]
+    #[arg(long, value_name = "N", value_parser = values::frame_rate)]
     pub fps: Option<f64>,
 
     /// Order of a camera path's rotations rot_x, rot_y and rot_z, such as ZXY

@@ -24,6 +24,7 @@ use batch_render::{
     render::Cancel,
 };
 use image::{DynamicImage, RgbImage, imageops};
+use tempfile::NamedTempFile;
 
 use super::{
     create::cannot_create,
@@ -281,7 +282,8 @@ impl<'a> Preview<'a> {
             }
             FilmKind::Mp4 => {
                 let frames = numbers.into_iter().map(|number| spool.get(number));
-                write_film(path, size, rate, frames).map_err(|reason| encode(path, reason))?;
+                let mut film = film(size, rate, frames).map_err(|reason| encode(path, reason))?;
+                atomic::write(path, |out| Ok(io::copy(&mut film, out)?))?;
             }
             FilmKind::Png => {
                 let frames = numbers.into_iter().map(|number| spool.get(number));
@@ -386,14 +388,14 @@ fn delay((numerator, denominator): (i32, u32)) -> (u16, u16) {
     }
 }
 
-/// Has ffmpeg write a film.
-fn write_film(
-    path: &Path,
+/// Has ffmpeg write a film, which is whole once it ends.
+fn film(
     [width, height]: [u32; 2],
     (numerator, denominator): (i32, u32),
     mut frames: impl ExactSizeIterator<Item = io::Result<Vec<u8>>>,
-) -> Result<(), String> {
+) -> Result<NamedTempFile, String> {
     let failed = |error: io::Error| format!("{FFMPEG}: {error}");
+    let film = tempfile::Builder::new().suffix(".mp4").tempfile().map_err(failed)?;
     let mut ffmpeg = Command::new(FFMPEG)
         .args(["-y", "-loglevel", "error", "-f", "rawvideo", "-pix_fmt", "rgb24"])
         .args([
@@ -404,7 +406,7 @@ fn write_film(
         ])
         // Players want an even number of columns and rows, and colours at half the resolution.
         .args(["-i", "-", "-vf", "pad=ceil(iw/2)*2:ceil(ih/2)*2", "-pix_fmt", "yuv420p"])
-        .arg(path)
+        .arg(film.path())
         .stdin(Stdio::piped())
         .spawn()
         .map_err(failed)?;
@@ -413,10 +415,10 @@ fn write_film(
     drop(input);
     let status = ffmpeg.wait().map_err(failed)?;
     written.map_err(failed)?;
-    match status.success() {
-        true => Ok(()),
-        false => Err(format!("{FFMPEG} ended with {status}")),
+    if !status.success() {
+        return Err(format!("{FFMPEG} ended with {status}"));
     }
+    Ok(film)
 }
 
 #[cfg(test)]

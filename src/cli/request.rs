@@ -29,9 +29,6 @@ pub fn request(args: &RenderArgs, outlets: &Outlets, simd: Isa) -> Result<Reques
         .transpose()?;
     let part = args.part.map(|part| part.counted_from(args.part_base.into()));
     let part = part.transpose().map_err(|e| Error::Usage(format!("--part: {e}")))?;
-    if let Some(fps) = args.fps.filter(|f| !(f.is_finite() && *f > 0.0)) {
-        return Err(Error::Usage(format!("--fps: expected a number above 0, found {fps}")));
-    }
     if args.denoise.is_some() && args.part.is_some() && args.denoise_step.is_none() {
         let message = "--part with --denoise: a frame is denoised with those around it, which other parts render. Render the \
                        parts with --denoise-step render, and denoise them with --denoise-step denoise";

@@ -61,6 +61,13 @@ pub fn not_negative(text: &str) -> Result<f64, String> {
         .ok_or_else(|| "expected a number of at least 0".into())
 }
 
+/// Reads frames per second, which metadata have as a fraction.
+pub fn frame_rate(text: &str) -> Result<f64, String> {
+    number(text)
+        .filter(|v| (0.001..=1e6).contains(v))
+        .ok_or_else(|| "expected a number from 0.001 to 1000000".into())
+}
+
 /// Reads a number above 0.
 pub fn positive(text: &str) -> Result<toml::Value, String> {
     let value = number(text).filter(|v| *v > 0.0);
