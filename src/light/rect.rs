@@ -15,7 +15,7 @@
 //! | `spread` | how far the light spreads from the normal, from 0, a parallel beam, to 1: up to `spread` times 90 degrees | | 1 |
 //! | `texture` | `"texture.NAME"`: the picture that the surface shows, a factor of its `radiance`; with `power` or `ies` the light of all the picture is that of these | | none |
 //! | `two_sided` | whether both sides emit | | `false` |
-//! | `camera` | whether the camera sees the light | | `false` |
+//! | `camera` | whether the camera sees the light; mirrors and glass always show it | | `false` |
 //! | `reflections` | whether mirrors and other surfaces reflect its picture | | `true` |
 //!
 //! ```toml

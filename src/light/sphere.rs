@@ -8,7 +8,7 @@
 //! | `radiance` | number or `[r, g, b]` | W m^-2 sr^-1 | this or `power` |
 //! | `temperature` | of a black body, which colours the light and keeps its luminance, from 500 to 100000 | K | white |
 //! | `exposure` | number of stops from -100 to 100: the light is `2^exposure` times as strong | | 0 |
-//! | `camera` | whether the camera sees the light | | `false` |
+//! | `camera` | whether the camera sees the light; mirrors and glass always show it | | `false` |
 //! | `reflections` | whether mirrors and other surfaces reflect its picture | | `true` |
 //!
 //! ```toml

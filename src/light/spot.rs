@@ -14,7 +14,7 @@
 //! | `temperature` | of a black body, which colours the light and keeps its luminance, from 500 to 100000 | K | white |
 //! | `exposure` | number of stops from -100 to 100: the light is `2^exposure` times as strong | | 0 |
 //! | `radius` | of the ball that shines, at least 0 | m | 0 |
-//! | `camera` | whether the camera sees the ball | | `false` |
+//! | `camera` | whether the camera sees the ball; mirrors and glass always show it | | `false` |
 //! | `reflections` | whether mirrors and other surfaces reflect its picture | | `true` |
 //! | `falloff` | `"inverse-square"` or `"none"` | | `"inverse-square"` |
 //!
