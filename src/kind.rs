@@ -142,9 +142,9 @@ macro_rules! kinds {
 
 /// Declares a choice among names, as scene files, the command line and outputs write them.
 ///
-/// The enum gets `ALL` in the order of its rows, `name`, `Display`, `Serialize`, and [`FromStr`](std::str::FromStr) and `Deserialize`, whose
-/// error suggests a name. The text after its name says in messages what a name is of;
-/// with `ignoring case` after it, letters may be small or large.
+/// The enum gets `ALL` in the order of its rows, `name`, `Display`, `Serialize`, and [`FromStr`](std::str::FromStr) and
+/// `Deserialize`, whose error suggests a name. The text after its name says in messages what a name is of; with `ignoring case`
+/// after it, letters may be small or large.
 ///
 /// ```ignore
 /// named! {

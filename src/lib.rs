@@ -1,9 +1,9 @@
 //! An offline batch renderer for CPUs: a scene file and a camera path become a sequence of HDR frames.
 //!
-//! The floors, from the ground up: numbers ([`math`], [`value`]) and [`warnings`]; kinds ([`shape`], [`texture`], [`material`], [`light`],
-//! [`camera`], [`sampler`], [`filter`]); what is traced ([`accel`], [`scene`]); what light does ([`integrator`],
-//! [`film`]); frames and files in ([`render`], [`describe`], [`assets`]); scenes and files out ([`compile`],
-//! [`output`]); jobs ([`batch`], [`mod@bench`]). A module uses the floors below its own, never one above.
+//! The floors, from the ground up: numbers ([`math`], [`value`]) and [`warnings`]; kinds ([`shape`], [`texture`], [`material`],
+//! [`light`], [`camera`], [`sampler`], [`filter`]); what is traced ([`accel`], [`scene`]); what light does ([`integrator`],
+//! [`film`]); frames and files in ([`render`], [`describe`], [`assets`]); scenes and files out ([`compile`], [`output`]); jobs
+//! ([`batch`], [`mod@bench`]). A module uses the floors below its own, never one above.
 
 pub mod accel;
 pub mod assets;

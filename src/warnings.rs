@@ -103,7 +103,8 @@ impl Serialize for WarningKind {
 #[derive(Clone, Debug, PartialEq, Eq, PartialOrd, Ord, Serialize)]
 pub struct Warning {
     pub kind: WarningKind,
-    /// The text that tells warnings of one kind apart that do not belong into one line, such as the name of a feature; may be empty.
+    /// The text that tells warnings of one kind apart that do not belong into one line, such as the
+    /// name of a feature; may be empty.
     #[serde(skip)]
     pub topic: String,
     /// The file, the object or the frame.

@@ -8,7 +8,8 @@ use crate::{
     value::Channel,
 };
 
-/// A texture of heights, by texture coordinates or by the place in the model. It is compared by its text, which has all of its numbers.
+/// A texture of heights, by texture coordinates or by the place in the model. It is compared by its
+/// text, which has all of its numbers.
 #[derive(Clone, Debug)]
 pub struct HeightTexture {
     /// Its bitmap is number 0.

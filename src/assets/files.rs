@@ -62,8 +62,8 @@ pub struct Files {
 }
 
 impl Files {
-    /// A record without files. With `allow_outside` models may name files outside of their folders. The contents of files count against
-    /// `memory`.
+    /// A record without files. With `allow_outside` models may name files outside of their folders. The contents
+    /// of files count against `memory`.
     pub fn new(allow_outside: bool, memory: MemoryBudget) -> Self {
         Self {
             allow_outside,

@@ -47,7 +47,8 @@ impl LoadedDisplacement<'_> {
         }
     }
 
-    /// The distance by which a vertex at `p` in the space of the model moves, with these texture coordinates relative to `uv_origin`.
+    /// The distance by which a vertex at `p` in the space of the model moves, with these texture
+    /// coordinates relative to `uv_origin`.
     pub fn at(&self, p: DVec3, uv: Vec2, uv_origin: Vec2) -> f64 {
         let Displacement {
             heights,

@@ -1,7 +1,8 @@
 //! IES files: the intensities of lamps over directions (ANSI/IES LM-63, the versions of 1986 to 2019).
 //!
 //! A file has lines of keywords up to the line `TILT=`, and then numbers, which spaces, commas and the ends of lines part. Text
-//! that follows the last number is no error, and more numbers are a warning. The number of angles is compared with the size of the file before there is memory for them.
+//! that follows the last number is no error, and more numbers are a warning. The number of angles is compared with the size of the
+//! file before there is memory for them.
 
 use std::{
     io,

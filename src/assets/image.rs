@@ -2,7 +2,8 @@
 //!
 //! The content determines the format, or the extension for formats without a signature (TGA). Row 0 is the top row; Exif
 //! orientations are ignored. The caller decides whether integer formats are display values or data; HDR and EXR are always
-//! scene-linear, and colours of EXR are premultiplied. Texels of 8 and 16 bits are kept and converted by a table; deeper ones become floats.
+//! scene-linear, and colours of EXR are premultiplied. Texels of 8 and 16 bits are kept and converted by a
+//! table; deeper ones become floats.
 //!
 //! A truncated or damaged file, or one that claims an absurd size, is an error, never a partial picture.
 

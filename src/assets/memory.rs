@@ -87,8 +87,8 @@ impl MemoryBudget {
         self.wait_for(self.used(), kind, bytes).map(drop)
     }
 
-    /// Reserves `bytes` for a short time. Waits where they fit once another reservation has ended, so that which thread comes first does
-    /// not decide whether they do. A thread that has a reservation takes no other memory and waits for no other thread.
+    /// Reserves `bytes` for a short time. Waits where they fit once another reservation has ended, so that which thread comes first
+    /// does not decide whether they do. A thread that has a reservation takes no other memory and waits for no other thread.
     ///
     /// # Errors
     /// They exceed the budget.

@@ -85,8 +85,8 @@ pub struct Model {
     /// The file's hierarchy; empty if the format has none.
     pub nodes: Vec<ModelNode>,
     pub materials: Vec<ModelMaterial>,
-    /// The unique names of all materials of the file, each with its index in [`Model::materials`] if it is shown; `None` if these are
-    /// all materials.
+    /// The unique names of all materials of the file, each with its index in [`Model::materials`] if it is shown;
+    /// `None` if these are all materials.
     pub named_materials: Option<Vec<(String, Option<usize>)>>,
     /// The parts that are not visible.
     pub hidden: HashSet<usize>,

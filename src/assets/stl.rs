@@ -2,7 +2,8 @@
 //!
 //! Corners in the same place become one vertex. The normals of facets are ignored, since the order of corners tells the side.
 //! The two bytes after a facet are its colour, by either convention. The surface is flat. A file is text if its first word is
-//! `solid` and its beginning has no byte 0. Where whole facets follow the header of a binary file, their number counts, not the header's.
+//! `solid` and its beginning has no byte 0. Where whole facets follow the header of a binary file, their
+//! number counts, not the header's.
 
 use std::{collections::HashMap, path::Path};
 
@@ -88,7 +89,8 @@ fn broken(cause: String) -> BareMeshProblem {
 enum Coloring {
     /// The convention of VisCAM and SolidView: with the highest bit set, 5 bits each of red, green and blue.
     Facets,
-    /// The convention of Materialise Magics: with the highest bit set the colour of the header, else 5 bits each of blue, green and red.
+    /// The convention of Materialise Magics: with the highest bit set the colour of the header, else 5
+    /// bits each of blue, green and red.
     Magics([u8; 4]),
 }
 

@@ -253,8 +253,8 @@ impl Store {
         Ok(())
     }
 
-    /// Keeps the bitmaps of a scene that is compiled again for the next call of [`Store::images`], which takes those that it needs and
-    /// drops the others.
+    /// Keeps the bitmaps of a scene that is compiled again for the next call of [`Store::images`], which takes those
+    /// that it needs and drops the others.
     pub fn keep_images(&self, images: impl Iterator<Item = (BitmapKey, Bitmap)>) {
         *self.kept.lock().unwrap_or_else(PoisonError::into_inner) = images.collect();
     }

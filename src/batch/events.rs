@@ -8,8 +8,8 @@ use super::{FrameFailure, Stale, as_text};
 use crate::output::FrameImage;
 
 /// An event of a job, in the order in which they come. Each frame ends with `FrameSkipped`, `FrameFailed` or `FrameWritten`: where
-/// the job denoises its frames, once their denoised files are there. Its serialization is a line of `--progress json` but for the scene,
-/// see docs/farm.md.
+/// the job denoises its frames, once their denoised files are there. Its serialization is a line of `--progress json` but
+/// for the scene, see docs/farm.md.
 #[derive(Clone, Copy, Serialize)]
 #[serde(tag = "event", rename_all = "snake_case")]
 pub enum JobEvent<'a> {

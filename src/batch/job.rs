@@ -115,7 +115,7 @@ impl Job {
             }
             let read = describe::load(path, &request.overrides, |p| store.files().read(p));
             match read {
-                // Nobody looks for the mistake in another program's file.
+                // A file with the ending of another program is refused as such, with advice, and not for its syntax.
                 Err(describe::Error::Invalid(_) | describe::Error::Encoding { .. })
                     if model_formats::advice(path).is_some() =>
                 {
@@ -235,8 +235,8 @@ impl Job {
         Ok(scene)
     }
 
-    /// Loads the scene with the values of the first frame, around the origin that suits the scene of the file; `None` if that has no such
-    /// scene, or if it has faults.
+    /// Loads the scene with the values of the first frame, around the origin that suits the scene of the file; `None` if that has
+    /// no such scene, or if it has faults.
     fn load_first(&self, first: &SceneDesc, options: &LoadOptions) -> Option<(SceneBuilder, SceneMotion)> {
         let origin = compile::origin(&self.desc, &self.store, options).ok()?;
         let options = LoadOptions {
@@ -380,8 +380,8 @@ impl Job {
         targets::refuse(&self.plan, self.files())
     }
 
-    /// Renders all frames of `scene`, which [`Job::load`] returned, as [`run()`] does, and denoises them if the plan says so. Where the
-    /// rendered files of all frames are whole and are to be kept, no acceleration structure is built.
+    /// Renders all frames of `scene`, which [`Job::load`] returned, as [`run()`] does, and denoises them if the plan says so. Where
+    /// the rendered files of all frames are whole and are to be kept, no acceleration structure is built.
     pub fn run(&self, scene: SceneBuilder, observer: &dyn Observer, control: &Control<'_>) -> Result<Summary, Error> {
         let start = Instant::now();
         self.compare_files()?;

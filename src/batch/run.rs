@@ -37,8 +37,9 @@ const JUDGED_FRAMES: u32 = 10;
 ///
 /// The folders of the files exist: [`Job::run`](super::Job::run) makes them and checks the places of the files first.
 ///
-/// At most one finished frame waits while another is written, or a few small ones. A frame that fails alone is left out, and the summary tells, unless
-/// the plan says otherwise; a disk that is full or read-only ends the job. Whatever happens, a file under its own name is whole.
+/// At most one finished frame waits while another is written, or a few small ones. A frame that fails alone is left out, and
+/// the summary tells, unless the plan says otherwise; a disk that is full or read-only ends the job. Whatever happens, a
+/// file under its own name is whole.
 pub fn run(
     plan: &Plan,
     scenes: &mut Scenes<'_>,

@@ -54,7 +54,8 @@ enum State {
     Broken,
 }
 
-/// The options by which the scene of a job is loaded. `eye` is the first position of the camera, `time` that of the animations in s.
+/// The options by which the scene of a job is loaded. `eye` is the first position of the camera,
+/// `time` that of the animations in s.
 pub(super) fn load_options(values: Option<&Values>, eye: Option<DVec3>, time: f64) -> LoadOptions {
     LoadOptions {
         eye,
@@ -88,8 +89,8 @@ pub(super) fn moved_description(desc: &SceneDesc, values: &Values, frame: f64) -
     Some(desc)
 }
 
-/// The description of a scene at a time in frames with its values, where some of these change a scene so that it is compiled again, and
-/// they fit together.
+/// The description of a scene at a time in frames with its values, where some of these change a scene so that it is
+/// compiled again, and they fit together.
 pub(super) fn description_at(
     desc: &SceneDesc,
     values: Option<&Values>,

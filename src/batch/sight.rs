@@ -17,12 +17,13 @@ use crate::{
 /// The brightness from which on a pixel is called clipped: more than white, which backgrounds are on purpose.
 const CLIPPED: f32 = 1.05;
 
-/// Points of a grid along each axis, to all of which but its middle a background is looked at.
+/// The number of points of a cubic grid along each axis. The background is sampled in the directions from its middle to all others.
 const STEPS: u32 = 5;
+/// The number of points of the grid, its middle among them.
 const DIRECTIONS: u32 = STEPS.pow(3);
 
-/// Why more than half of a picture is black, or of what is lit in it clipped, where it is, or why it shows nothing but the background. A
-/// dark background alone is not a fault.
+/// Why more than half of a picture is black, or of what is lit in it clipped, where it is, or why it shows nothing but the
+/// background. A dark background alone is not a fault.
 pub(super) fn fault(
     (film, coverage): (&Film, Coverage),
     plan: &Plan,

@@ -1,7 +1,7 @@
 //! Writing rendered frames while the next ones render.
 //!
-//! A file is whole on disk before it has its name, and waiting for the disk takes a few milliseconds, whatever the size of the file. So
-//! small frames wait for each other, [`HOLD`] at most, and are made durable together.
+//! A file is whole on disk before it has its name, and waiting for the disk takes a few milliseconds, whatever the size of the
+//! file. So small frames wait for each other, [`HOLD`] at most, and are made durable together.
 
 use std::{
     path::Path,

@@ -3,10 +3,10 @@
 //! Masking and shadowing are height-correlated Smith, without approximation, and the visible normals are sampled. Its highlights
 //! have no tails. All directions are in the shading frame, whose normal is z.
 //!
-//! Source: Beckmann and Spizzichino, "The Scattering of Electromagnetic Waves from Rough Surfaces", 1963; Walter et al., "Microfacet
-//! Models for Refraction through Rough Surfaces", EGSR 2007, doi:10.2312/EGWR/EGSR07/195-206; Heitz, "Understanding the
-//! Masking-Shadowing Function in Microfacet-Based BRDFs", JCGT 3(2), 2014; for visible normals Heitz and d'Eon, "Importance Sampling
-//! Microfacet-Based BSDFs using the Distribution of Visible Normals", CGF 33(4), 2014, doi:10.1111/cgf.12417.
+//! Source: Beckmann and Spizzichino, "The Scattering of Electromagnetic Waves from Rough Surfaces", 1963; Walter et al.,
+//! "Microfacet Models for Refraction through Rough Surfaces", EGSR 2007, doi:10.2312/EGWR/EGSR07/195-206; Heitz, "Understanding the
+//! Masking-Shadowing Function in Microfacet-Based BRDFs", JCGT 3(2), 2014; for visible normals Heitz and d'Eon, "Importance
+//! Sampling Microfacet-Based BSDFs using the Distribution of Visible Normals", CGF 33(4), 2014, doi:10.1111/cgf.12417.
 
 use std::f32::consts::{FRAC_2_SQRT_PI, PI};
 
@@ -54,8 +54,8 @@ impl ProjectedArea {
     }
 }
 
-/// Twice the projected area of the facets with slopes above `slope` towards the viewer, and minus its derivative, on the surface that is
-/// stretched to a roughness of 1.
+/// Twice the projected area of the facets with slopes above `slope` towards the viewer, and minus its derivative, on the surface
+/// that is stretched to a roughness of 1.
 #[inline]
 fn area_above(slope: f32, cos: f32, sin: f32) -> (f32, f32) {
     let bell = exp(-slope * slope);

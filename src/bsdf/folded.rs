@@ -81,7 +81,8 @@ impl<B: BsdfKind> BsdfKind for Folded<'_, B> {
     }
 }
 
-/// The planes of [`Folded`] for the BSDFs of a block, those that have one. Its methods are not inlined, for the sake of the program's size.
+/// The planes of [`Folded`] for the BSDFs of a block, those that have one. Its methods are not inlined,
+/// for the sake of the program's size.
 #[derive(Clone, Debug)]
 pub struct FoldBlock {
     plane: [Each; 3],

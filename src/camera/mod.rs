@@ -72,7 +72,8 @@ pub trait CameraKind {
         true
     }
 
-    /// The share of a picture of this size, from 0 to 1, for which the model of the lens has no rays although the user expects some.
+    /// The share of a picture of this size, from 0 to 1, for which the model of the lens has no
+    /// rays although the user expects some.
     fn missing_part(&self, _film: FilmSize) -> f64 {
         0.0
     }

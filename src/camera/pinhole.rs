@@ -31,10 +31,10 @@
 //!
 //! OpenCV counts pixel centres from 0: add 0.5 to its `cx` and `cy`. Those of `transforms.json` and COLMAP are as here.
 //!
-//! Where a model has no ray, beyond the angle from which on its pictures fold over, R, G, B and A are 0. A warning tells how much of the first frame is empty.
-//! Every pass and the motion vectors hold through the distortion. There is no depth of field. Depth is along the optical axis,
-//! but for the two fisheyes, which have the distance. A camera path may move this camera, and its columns `fx`, `fy`, `cx`, `cy`, `skew`,
-//! `width`, `height`, `k1` and so on replace the numbers; columns of other lenses are errors.
+//! Where a model has no ray, beyond the angle from which on its pictures fold over, R, G, B and A are 0. A warning tells how much
+//! of the first frame is empty. Every pass and the motion vectors hold through the distortion. There is no depth of field. Depth is
+//! along the optical axis, but for the two fisheyes, which have the distance. A camera path may move this camera, and its columns
+//! `fx`, `fy`, `cx`, `cy`, `skew`, `width`, `height`, `k1` and so on replace the numbers; columns of other lenses are errors.
 //!
 //! # Implementation
 //!

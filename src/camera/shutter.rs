@@ -55,8 +55,8 @@ impl Readout {
         self.time == 0.0
     }
 
-    /// The time after the first edge of the picture, as a fraction of the whole readout, at which the line through a place of the film
-    /// (in pixels) is read. Beyond the picture the lines are read with those at its edges.
+    /// The time after the first edge of the picture, as a fraction of the whole readout, at which the line through a place of the
+    /// film (in pixels) is read. Beyond the picture the lines are read with those at its edges.
     pub fn fraction(&self, [x, y]: [f64; 2], film: FilmSize) -> f64 {
         let [right, down] = [x / f64::from(film[0]), y / f64::from(film[1])].map(|at| at.clamp(0.0, 1.0));
         match self.direction {

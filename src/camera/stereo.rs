@@ -1,12 +1,12 @@
 //! Stereo: the cameras of two eyes beside each other.
 //!
-//! The eyes of a camera lie on its own horizontal axis, the distance between them (`ipd`) apart, and look in the same direction. With
-//! a convergence distance their pictures are shifted against each other, so that points at that distance are at the same place in
-//! both: off-axis stereo without the distortions of cameras that are turned towards each other.
+//! The eyes of a camera lie on its own horizontal axis, the distance between them (`ipd`) apart, and look in the same direction.
+//! With a convergence distance their pictures are shifted against each other, so that points at that distance are at the same place
+//! in both: off-axis stereo without the distortions of cameras that are turned towards each other.
 //!
-//! A panorama is omnidirectional stereo: each column of the picture has an eye of its own on a circle of the diameter `ipd`, which looks
-//! along the circle's tangent (Ishiguro, Yamamoto and Tsuji, "Omni-Directional Stereo", 1992; Google, "Rendering Omni-directional Stereo
-//! Content", 2015).
+//! A panorama is omnidirectional stereo: each column of the picture has an eye of its own on a circle of the diameter `ipd`, which
+//! looks along the circle's tangent (Ishiguro, Yamamoto and Tsuji, "Omni-Directional Stereo", 1992; Google, "Rendering
+//! Omni-directional Stereo Content", 2015).
 
 use std::{fmt, str::FromStr};
 

@@ -1,8 +1,8 @@
 //! Loading the next scene of a command while the present one renders.
 //!
-//! The scene ahead may take a quarter of the memory of a job. One that needs more is loaded in its turn. So is one that could not be
-//! loaded, which is told in its turn, and one whose files may have changed since, as they do where a scene shows what an earlier one
-//! has rendered. Under `ulimit -v` no scene is loaded ahead: running out of addresses would end the process.
+//! The scene ahead may take a quarter of the memory of a job. One that needs more is loaded in its turn. So is one that could not
+//! be loaded, which is told in its turn, and one whose files may have changed since, as they do where a scene shows what an earlier
+//! one has rendered. Under `ulimit -v` no scene is loaded ahead: running out of addresses would end the process.
 
 use std::{
     sync::Arc,

@@ -1,4 +1,5 @@
-//! The figures of all scenes of a command in one file (`--stats`) and on one page (`--report`), where their names have no `{scene}`.
+//! The figures of all scenes of a command in one file (`--stats`) and on one page (`--report`),
+//! where their names have no `{scene}`.
 
 use std::{
     collections::HashMap,
@@ -75,7 +76,8 @@ impl SceneFigures<'_> {
 }
 
 impl AllScenes {
-    /// The files with these paths, if any, of scenes with this word for one, and these names and paths. With `joins` other processes may write them as well.
+    /// The files with these paths, if any, of scenes with this word for one, and these names and paths. With `joins` other
+    /// processes may write them as well.
     pub fn new(
         [json, page]: [Option<&PathBuf>; 2],
         (noun, scenes): (&'static str, impl Iterator<Item = (String, String)>),
@@ -142,7 +144,8 @@ impl AllScenes {
         self.write_sometimes(&mut state);
     }
 
-    /// Writes the files for the last time, of a command that has ended in this state. Returns the errors of those that cannot be written.
+    /// Writes the files for the last time, of a command that has ended in this state. Returns the errors
+    /// of those that cannot be written.
     pub fn finish(&self, end: State) -> Vec<OutputError> {
         let mut state = self.lock();
         if let Some(folder) = self.page.as_ref().filter(|_| self.joins) {

@@ -231,7 +231,8 @@ pub struct RenderArgs {
 
     /// Orbit the scene once in N frames, from its own camera
     ///
-    /// N:DEGREES turns by another angle: counterclockwise as seen from above, clockwise below 0. The last frame is one step before the end.
+    /// N:DEGREES turns by another angle: counterclockwise as seen from above, clockwise below 0. The last
+    /// frame is one step before the end.
     #[arg(long, value_name = "N", visible_alias = "orbit", conflicts_with = "frames", allow_hyphen_values = true, help_heading = heading::FRAMES)]
     pub turntable: Option<Turn>,
 
@@ -250,8 +251,8 @@ pub struct RenderArgs {
 
     /// Move and scale a model by itself, so that its bounds fill the unit-sphere (of radius 1) or the unit-cube (with edges of 1)
     ///
-    /// Its middle is at the origin then. Its own cameras go with it, and its lights shine as bright on it. `transforms.json` tells scale and
-    /// translate: a point p of the model is at scale * p + translate.
+    /// Its middle is at the origin then. Its own cameras go with it, and its lights shine as bright on it. `transforms.json` tells
+    /// scale and translate: a point p of the model is at scale * p + translate.
     #[arg(long, value_name = "SHAPE", visible_alias = "normalize", hide_short_help = true, help_heading = heading::STAGE)]
     pub normalise: Option<Normalise>,
 
@@ -299,7 +300,8 @@ pub struct RenderArgs {
     #[arg(long, value_name = "PATTERN", num_args = 0..=1, require_equals = true, default_missing_value = "", hide_short_help = true, help_heading = heading::OUTPUT)]
     pub png_ids: Option<String>,
 
-    /// Files beside the pictures: transforms (cameras, as NeRF programs read them), colmap (cameras, as COLMAP does), coco (boxes and masks of objects), ids (names of objects and materials)
+    /// Files beside the pictures: transforms (cameras, as NeRF programs read them), colmap (cameras, as COLMAP does), coco (boxes
+    /// and masks of objects), ids (names of objects and materials)
     #[arg(long, value_name = "LIST", value_delimiter = ',', hide_short_help = true, help_heading = heading::OUTPUT)]
     pub metadata: Vec<String>,
 
@@ -335,7 +337,8 @@ pub struct RenderArgs {
 
     /// Keep the sums of the samples of each frame beside its file; a later job with more --samples adds those that are missing
     ///
-    /// Its files have the bits of a job with --keep-sums and all the samples. Frames in which objects move while the shutter is open start anew.
+    /// Its files have the bits of a job with --keep-sums and all the samples. Frames in which objects move
+    /// while the shutter is open start anew.
     #[arg(long, visible_alias = "continue", hide_short_help = true, help_heading = heading::JOB)]
     pub keep_sums: bool,
 

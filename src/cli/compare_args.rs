@@ -76,7 +76,8 @@ pub enum Metric {
 }
 
 impl CompareArgs {
-    /// Whether these measures are within the tolerance. FLIP, RMSE and relMSE say nothing of alpha, whose error must be within it, too.
+    /// Whether these measures are within the tolerance. FLIP, RMSE and relMSE say nothing of alpha,
+    /// whose error must be within it, too.
     pub fn accepts(&self, measures: &Measures) -> bool {
         let (value, alpha) = match self.metric {
             // What no display shows is a difference, too.

@@ -64,7 +64,7 @@ mod tests {
     }
 
     #[test]
-    fn the_help_with_examples_fits_into_100_columns() {
+    fn the_help_with_examples_fits_into_120_columns() {
         let root = Args::command();
         for command in root.get_subcommands().chain([&root]) {
             let text = command

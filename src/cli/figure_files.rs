@@ -25,7 +25,7 @@ pub struct Joining {
 }
 
 impl Joining {
-    /// `None` for a job that keeps no figures but its own: it renders all frames of a sequence, whatever is there.
+    /// `None` for a job that keeps no figures but its own: it renders all frames of a sequence, whether their files exist or not.
     pub fn new(plan: &Plan, settings: &str) -> Option<Self> {
         let joins = plan.is_chunk || plan.policy.existing == Existing::Skip || !plan.renders();
         let own = || plan.frames.iter().map(|frame| frame.number).collect();
@@ -36,7 +36,8 @@ impl Joining {
         })
     }
 
-    /// Leaves the frames in `report`, which is in the file at `path`, that the job keeps. Returns whether it keeps any.
+    /// Removes the frames that the job does not keep from `report`, which was read from the file at `path`. Returns `false` if the
+    /// report is of other inputs or settings, so that the job keeps none of it.
     pub fn select(&self, report: &mut Report, path: &Path) -> bool {
         if report.settings != self.settings {
             if self.own.is_none() {

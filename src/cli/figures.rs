@@ -43,8 +43,8 @@ pub struct Report {
 }
 
 impl Report {
-    /// Adds the frames of other jobs with the same settings, in rising order. A frame that this job renders replaces theirs. One that
-    /// it skips or only denoises keeps the figures of its rendering.
+    /// Adds the frames of other jobs with the same settings, in rising order. A frame that this job renders replaces theirs. One
+    /// that it skips or only denoises keeps the figures of its rendering.
     pub fn join(&mut self, others: Vec<Frame>) {
         let mut frames: BTreeMap<i32, Frame> = sorting::ordered(others.into_iter().map(|frame| (frame.frame, frame)));
         for mut own in self.frames.drain(..) {

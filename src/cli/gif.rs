@@ -12,21 +12,22 @@ const BITS: u32 = 5;
 const LEVELS: usize = 1 << BITS;
 const COLORS: usize = 256;
 
-/// The first codes beyond the colours: all is forgotten, and the end.
+/// The two codes after those of the colours: the first empties the table of codes, the second ends the data.
 const CLEAR: u16 = 256;
 const END: u16 = 257;
+/// The number of codes of at most 12 bits.
 const MOST_CODES: usize = 4096;
 
 /// The most columns and rows.
 pub const MAX_SIDE: u32 = 0xffff;
 
-/// The colours of a film, and that of each cell of the cube of colours.
+/// The colours of a film, and for each cell of the cube of colours the number of the nearest one.
 pub struct Palette {
     colors: Vec<[u8; 3]>,
     of_cell: Vec<u8>,
 }
 
-/// How often each cell of the cube of colours is there, and the sums of its colours.
+/// For each cell of the cube of colours the sums of red, green and blue of its pixels, and their number.
 pub struct Histogram {
     cells: Vec<[u64; 4]>,
 }
@@ -115,7 +116,7 @@ fn level(cell: usize, channel: usize) -> usize {
     cell >> (BITS as usize * (2 - channel)) & (LEVELS - 1)
 }
 
-/// The levels between the lowest and the highest of a channel.
+/// The difference between the highest and the lowest level of a channel.
 fn side(cells: &[usize], channel: usize) -> usize {
     let levels = || cells.iter().map(|cell| level(*cell, channel));
     levels().max().unwrap_or(0) - levels().min().unwrap_or(0)
@@ -150,8 +151,8 @@ impl Palette {
     }
 }
 
-/// Writes a film of these frames of at most [`MAX_SIDE`] columns and rows, each of which is shown until the end that `end` tells for its
-/// index, in hundredths of a second. It plays for ever.
+/// Writes a film of these frames of at most [`MAX_SIDE`] columns and rows, each of which is shown until the end that `end` tells
+/// for its index, in hundredths of a second. It plays for ever.
 pub fn write(
     out: &mut dyn Write,
     [width, height]: [u32; 2],
@@ -238,7 +239,7 @@ fn pack(numbers: &[u8]) -> Vec<u8> {
         code = number.into();
     }
     bits.put(code, size);
-    // The reader has the last code by now, too.
+    // A reader adds an entry to its table after the last code as well, so that the next code may have one bit more.
     if usize::from(next) == 1 << size && size < 12 {
         size += 1;
     }

@@ -242,7 +242,8 @@ fn render(args: &RenderArgs, turn: Turn<'_>) -> anyhow::Result<()> {
     let Some(first) = errors.next() else {
         return Ok(());
     };
-    // A place where nothing can be created is told once, by the check before the job. Other parts of a job that ends are cancelled.
+    // After the first error another one is not reported if it has the same text, if it says that work was cancelled, or if both
+    // say that a file cannot be created.
     let blame = |error: &anyhow::Error| error.downcast_ref::<Error>().map(Error::blame);
     let is_of_place = |error: &anyhow::Error| blame(error) == Some(Blame::CannotCreate);
     let is_told = |other: &anyhow::Error| {

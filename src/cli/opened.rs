@@ -34,7 +34,8 @@ pub struct Opened {
 }
 
 impl Opened {
-    /// Opens the job of these arguments. `warnings` collects what a user should know, also where it fails. `change` changes the request.
+    /// Opens the job of these arguments. `warnings` collects what a user should know, also where it
+    /// fails. `change` changes the request.
     ///
     /// # Errors
     /// The arguments do not fit together, or the scene is wrong.

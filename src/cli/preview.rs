@@ -1,8 +1,9 @@
-//! The preview of a job (`--preview`): its frames as a small moving picture. A film (`-o film.gif`, `-o film.apng`) is the same at full
-//! size.
+//! The preview of a job (`--preview`): its frames as a small moving picture. A film (`-o film.gif`,
+//! `-o film.apng`) is the same at full size.
 //!
 //! Pictures wait in a temporary file until the job ends, so that memory does not grow with the sequence. Frames that were
-//! there already, also those of other parts of the job, are read from their PNG files, or from their EXR files where there are none.
+//! there already, also those of other parts of the job, are read from their PNG files, or from
+//! their EXR files where there are none.
 
 use std::{
     collections::BTreeMap,
@@ -309,8 +310,8 @@ impl Observer for Preview<'_> {
     }
 }
 
-/// The picture of a frame whose files are there: of a PNG file that covers everything, which holds the very pixels, else of an EXR file, which
-/// holds the light of what is clear as well, else of any other.
+/// The picture of a frame whose files are there: of a PNG file that covers everything, which holds the very pixels, else of an EXR
+/// file, which holds the light of what is clear as well, else of any other.
 fn finished_picture(plan: &Plan, frame: &PlannedFrame, size: PreviewSize) -> Option<RgbImage> {
     let files = plan.final_files(frame);
     let pictures = files.iter().filter(|file| file.format.contents() == Contents::Picture);

@@ -177,8 +177,8 @@ fn noun(turns: &[SceneTurn]) -> &'static str {
     }
 }
 
-/// The files of figures that several scenes keep together, since their names are those of all scenes. The arguments of the scenes have
-/// none of them afterwards, but a folder in that of the page.
+/// The files of figures that several scenes keep together, since their names are those of all scenes. The arguments of the scenes
+/// have none of them afterwards, but a folder in that of the page.
 fn together(turns: &mut [SceneTurn]) -> Option<AllScenes> {
     let shared = |file: fn(&RenderArgs) -> &Option<PathBuf>| {
         let (first, second) = (file(&turns[0].args).as_ref()?, file(&turns[1].args).as_ref());

@@ -22,7 +22,8 @@ use super::{
 struct Flags {
     /// Output files: out.####.exr, film.gif, or - for standard output; repeatable
     ///
-    /// They replace those of the scene. The ending is the format: .exr, .npz, .png or .jpg. #### may be %04d or $F4. A file .gif or .apng is one animated picture of all frames.
+    /// They replace those of the scene. The ending is the format: .exr, .npz, .png or .jpg. #### may be %04d or $F4. A file .gif or
+    /// .apng is one animated picture of all frames.
     #[arg(id = "output.files", short, long = "output", value_name = "PATTERN", help_heading = OUTPUT)]
     output: Vec<String>,
 

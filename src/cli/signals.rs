@@ -30,8 +30,8 @@ static RECEIVED: AtomicUsize = AtomicUsize::new(0);
 static JOB: Mutex<Option<(Arc<Cancel>, Arc<ShowRequest>)>> = Mutex::new(None);
 
 /// From now on SIGINT and SIGTERM cancel what `cancel` is given to, and SIGUSR1 asks for what `show` is given to. A signal that
-/// the parent process has set to be ignored, as `nohup` and shells do for background jobs, stays ignored. A signal that came between
-/// two jobs cancels the second.
+/// the parent process has set to be ignored, as `nohup` and shells do for background jobs, stays ignored. A signal that came
+/// between two jobs cancels the second.
 pub fn listen(cancel: Arc<Cancel>, show: Arc<ShowRequest>) -> anyhow::Result<()> {
     let mut job = JOB.lock().unwrap_or_else(PoisonError::into_inner);
     let is_first = job.replace((Arc::clone(&cancel), show)).is_none();

@@ -1,8 +1,8 @@
 //! The turns of a command: its scenes, and the eyes of each.
 //!
-//! `{scene}` in the value of a flag stands for the name of the scene: its file without the ending, with the folders that tell it from the
-//! others. `{eye}` stands for the name of the eye. In patterns of files both are taken literally, whatever characters they have; `{eye}` is left in
-//! these, since the plan of a job replaces it.
+//! `{scene}` in the value of a flag stands for the name of the scene: its file without the ending, with the folders that tell it
+//! from the others. `{eye}` stands for the name of the eye. In patterns of files both are taken literally, whatever characters they
+//! have; `{eye}` is left in these, since the plan of a job replaces it.
 
 use std::{
     collections::{HashMap, HashSet},

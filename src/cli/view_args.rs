@@ -17,10 +17,11 @@ pub struct ViewArgs {
     #[arg(long, value_name = "FRACTION", requires = "views", default_value_t = 0.9, hide_short_help = true, help_heading = heading::FRAMES)]
     pub fit: f64,
 
-    /// Render the pictures of two eyes: ipd=METRES, and convergence=METRES, eye=left|right or layout=side-by-side|top-bottom if wanted
+    /// Render the pictures of two eyes: ipd=METRES, and convergence=METRES, eye=left|right or
+    /// layout=side-by-side|top-bottom if wanted
     ///
-    /// {eye} in any argument stands for left or right, as in -o 'out/{eye}.####.exr'. With a layout both are halves of one picture, the left
-    /// eye on the left or above. A panorama becomes omnidirectional stereo.
+    /// {eye} in any argument stands for left or right, as in -o 'out/{eye}.####.exr'. With a layout both are halves of one picture,
+    /// the left eye on the left or above. A panorama becomes omnidirectional stereo.
     #[arg(long, value_name = "SPEC", hide_short_help = true, help_heading = heading::FRAMES)]
     pub stereo: Option<Stereo>,
 }

@@ -1,7 +1,7 @@
 //! Uncompressed films (YUV4MPEG2), which ffmpeg and encoders of films read.
 //!
-//! Their frames have 8 bits and the full resolution for colours too (4:4:4), by the matrix of BT.709 and in its limited range. Source:
-//! ITU-R BT.709-6; the header is that of mjpegtools' yuv4mpeg(5).
+//! Their frames have 8 bits and the full resolution for colours too (4:4:4), by the matrix of BT.709 and in its limited range.
+//! Source: ITU-R BT.709-6; the header is that of mjpegtools' yuv4mpeg(5).
 
 use batch_render::{math::parallel, output::FrameImage};
 
@@ -53,7 +53,8 @@ fn luma([r, g, b]: [u32; 3]) -> u32 {
     RED * r + (ONE - RED - BLUE) * g + BLUE * b
 }
 
-/// The code of the difference of a channel and luma, which is at most half of `range`, in parts of [`ONE`]: the nearest whole number.
+/// The code of the difference of a channel and luma, which is at most half of `range`, in parts of
+/// [`ONE`]: the nearest whole number.
 fn chroma(rgb: [u32; 3], channel: u32, range: u32) -> u32 {
     let middle = 128 * 255 * range + 255 * range / 2;
     (middle + 224 * ONE * channel - 224 * luma(rgb)) / (255 * range)

@@ -49,8 +49,8 @@ fn window(([width, height], [x, y]): &([u32; 2], [i64; 2])) -> String {
 
 /// Compares the picture files `test` and `reference`.
 ///
-/// EXR files are compared over their data windows, which have to be the same. A number of a picture that is `limit` or less away from
-/// that of the reference is no difference in [`Measures::pixels`].
+/// EXR files are compared over their data windows, which have to be the same. A number of a picture that is `limit` or less away
+/// from that of the reference is no difference in [`Measures::pixels`].
 pub fn compare(reference: &Path, test: &Path, limit: f32, files: &Files) -> Result<Comparison, CompareError> {
     let reference = Picture::read(reference, files)?;
     let test = Picture::read(test, files)?;

@@ -22,8 +22,8 @@ pub struct Pairs {
 }
 
 impl Pairs {
-    /// Lists the pictures in two folders and the folders in them. Files whose names begin with a dot are left out, and so are those of
-    /// ranges of samples that only one of the two has: they are parts of a picture.
+    /// Lists the pictures in two folders and the folders in them. Files whose names begin with a dot are left out, and so are those
+    /// of ranges of samples that only one of the two has: they are parts of a picture.
     pub fn of(reference: &Path, test: &Path) -> io::Result<Self> {
         let mut arrays = 0;
         let [reference, test] = [pictures(reference, &mut arrays)?, pictures(test, &mut arrays)?];

@@ -36,8 +36,8 @@ pub struct AssetErrors {
 }
 
 impl AssetErrors {
-    /// The errors of the files of this scene, which are at `span` or where the scene names them. Those of files that only models name
-    /// are without a line.
+    /// The errors of the files of this scene, which are at `span` or where the scene names them. Those of files that
+    /// only models name are without a line.
     pub(super) fn of_scene(errors: Vec<FileError>, desc: &SceneDesc, span: Option<&Span>) -> Self {
         // A model by itself stands for a text that is in no file, but for what flags set.
         let is_shown = |span: &Span| desc.source.kind == FileKind::Scene || is_override(span);

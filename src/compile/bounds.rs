@@ -7,8 +7,8 @@ use crate::{
     math::{DAabb, DVec3},
 };
 
-/// The bounds in world space, in m, of the bounded objects that the camera may see, in the poses of the time of `options`, and the time at
-/// which the last animation ends, in s. The ground that is supplied with a model by itself does not count.
+/// The bounds in world space, in m, of the bounded objects that the camera may see, in the poses of the time of `options`, and the
+/// time at which the last animation ends, in s. The ground that is supplied with a model by itself does not count.
 pub fn visible_bounds(desc: &SceneDesc, store: &Store, options: &LoadOptions) -> Result<(DAabb, Option<f64>), Error> {
     let origin = DVec3::ZERO;
     let options = LoadOptions {

@@ -40,15 +40,15 @@ use crate::{
 /// The number of steps of a run, and of a table, at whose ends the bounds are computed.
 const RUN_SAMPLES: u32 = 64;
 
-/// A sky that is brighter above than below, which shades white surfaces from 0.16 (facing down) over 0.26 (sideways) to 0.37 (up), before
-/// a darker backdrop, so that none of them vanishes in it.
+/// A sky that is brighter above than below, which shades white surfaces from 0.16 (facing down) over 0.26 (sideways) to 0.37 (up),
+/// before a darker backdrop, so that none of them vanishes in it.
 const SKY: &str = "[background]\ngradient = { up = 0.55, side = 0.3, down = 0.15 }\nbackdrop = 0.06\n";
 /// The background of a file with lights, which gets no others.
 const NO_SKY: &str = "[background]\ncolor = 0\n";
 /// The same for a model on a ground, whose shadows need something to be seen on.
 const BACKDROP: &str = "[background]\ncolor = 0\nbackdrop = 0.06\n";
-/// A large sun over the left shoulder of the default camera, which adds up to 0.5 to a white surface and casts soft shadows. What smooth
-/// metal mirrors of a smaller one speckles the ground.
+/// A large sun over the left shoulder of the default camera, which adds up to 0.5 to a white surface and casts soft shadows. What
+/// smooth metal mirrors of a smaller one speckles the ground.
 const SUN: &str = "[[light]]\nsun = { direction = [0.35, -1, -0.75], irradiance = 1.9, angle = 20 }\n";
 
 /// The choices about a model that is the scene.

@@ -120,8 +120,8 @@ fn load_models(
     Ok(Ok(LoadedModels::new(placed, models, time)))
 }
 
-/// Loads a file that the value at `span` of `desc` names, a model, an image or a profile, with the files that it names itself, and drops
-/// it. Models that `known` has were loaded before.
+/// Loads a file that the value at `span` of `desc` names, a model, an image or a profile, with the files that it names itself, and
+/// drops it. Models that `known` has were loaded before.
 ///
 /// # Errors
 /// Those that [`load`] has, as far as they are of this file.

@@ -1,7 +1,7 @@
 //! Compilation: a description and its files become a [`Scene`], flat and immutable.
 //!
-//! [`load()`] reads all files and reports their errors; [`SceneBuilder::build`] makes the acceleration structure and the lights, which
-//! a job without frames to render does not need.
+//! [`load()`] reads all files and reports their errors; [`SceneBuilder::build`] makes the acceleration structure and the lights,
+//! which a job without frames to render does not need.
 //!
 //! All problems of a pass are reported together: first contradictions and undefined names, then missing and broken files.
 //!

@@ -1,7 +1,7 @@
 //! The motion of a compiled scene, and the update of the scene for another time.
 //!
-//! An update has the same numbers as the scene that is compiled for its time. Where that scene would have another structure there is
-//! no update: an instance whose transform has no inverse is baked, a light that goes out is left out.
+//! An update has the same numbers as the scene that is compiled for its time. Where that scene would have another structure there
+//! is no update: an instance whose transform has no inverse is baked, a light that goes out is left out.
 
 use std::{collections::BTreeMap, sync::Arc};
 
@@ -65,8 +65,8 @@ impl SceneMotion {
         }
     }
 
-    /// The problem of the name of a part of the model of an object, if there is one. Of a scene in which nothing moves only parts of
-    /// objects without a model have one.
+    /// The problem of the name of a part of the model of an object, if there is one. Of a scene in which nothing moves only parts
+    /// of objects without a model have one.
     pub fn part_problem(&self, object: usize, part: Part, name: &str, span: Span) -> Option<Problem> {
         let at = self.placed.iter().position(|placed| placed.object.0 as usize == object);
         match at {
@@ -84,8 +84,9 @@ impl SceneMotion {
         }
     }
 
-    /// Gives `store` the images of `scene` for the one that is compiled next. The scene was compiled with this and shows no textures
-    /// afterwards; those of a scene that others have as well stay. `has_new_background` tells whether the background has changed since.
+    /// Gives `store` the images of `scene` for the one that is compiled next. The scene was compiled with this and
+    /// shows no textures afterwards; those of a scene that others have as well stay. `has_new_background` tells whether
+    /// the background has changed since.
     pub fn keep_images(&self, scene: &mut Scene, store: &Store, has_new_background: bool) {
         let environment = self.environment.clone().filter(|_| !has_new_background);
         if let Some(key) = environment {
@@ -111,8 +112,8 @@ impl SceneMotion {
         })
     }
 
-    /// The update to `time`, in s, of `scene`, which was compiled with this and is that of `desc` but for its animations; `None` if it
-    /// has to be compiled for that time. What `last` has already is left out; `last` becomes that of the update.
+    /// The update to `time`, in s, of `scene`, which was compiled with this and is that of `desc` but for its animations; `None` if
+    /// it has to be compiled for that time. What `last` has already is left out; `last` becomes that of the update.
     pub fn update(
         &self,
         scene: &Scene,

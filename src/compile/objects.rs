@@ -221,8 +221,8 @@ pub fn plays_animations(desc: &SceneDesc) -> bool {
     desc.objects.iter().any(plays)
 }
 
-/// Checks the names that an object or a material uses: those of materials and textures, and of what its model has, if `store` knows the
-/// file.
+/// Checks the names that an object or a material uses: those of materials and textures, and of what its
+/// model has, if `store` knows the file.
 ///
 /// # Errors
 /// The message of a name that is not there.

@@ -14,7 +14,8 @@ use crate::{
     warnings::{WarningKind, Warnings},
 };
 
-/// Warns of keys of the objects of `desc` that have no effect. `scene` has the objects, the models among them `placed` and `loaded`.
+/// Warns of keys of the objects of `desc` that have no effect. `scene` has the objects, the models
+/// among them `placed` and `loaded`.
 pub(super) fn warn(
     desc: &SceneDesc,
     scene: &SceneBuilder,

@@ -171,8 +171,8 @@ fn weights_of(own: &Frame, other: &Signal, half: usize, (found, kind): (&[f32], 
     smooth
 }
 
-/// The parts to which pixels are found, without those around which the light differs by more than chance explains: in its mean, where it
-/// has changed by less than the noise of a pixel, or pixel by pixel, where the other frame blurs what this one shows.
+/// The parts to which pixels are found, without those around which the light differs by more than chance explains: in its mean,
+/// where it has changed by less than the noise of a pixel, or pixel by pixel, where the other frame blurs what this one shows.
 fn without_shifts(own: &Frame, other: &Signal, found: Vec<f32>) -> Vec<f32> {
     const RADIUS: usize = 6;
     const COUNT: f32 = ((2 * RADIUS + 1) * (2 * RADIUS + 1)) as f32;

@@ -1,8 +1,8 @@
 //! The mean over time of the divisor of light.
 //!
-//! At the edges of textures and objects few samples tell the albedo of a pixel badly, and its noise is that of the light, too. Where
-//! something moves, both are averaged along the motion with the same weights: the noise of the one cancels in the quotient, which is
-//! filtered, and that of the other becomes less.
+//! At the edges of textures and objects few samples tell the albedo of a pixel badly, and its noise is that of the light, too.
+//! Where something moves, both are averaged along the motion with the same weights: the noise of the one cancels in the quotient,
+//! which is filtered, and that of the other becomes less.
 
 use super::{
     blur,

@@ -148,8 +148,8 @@ fn sum(color: &Color, i: usize) -> f32 {
     color[0][i] + color[1][i] + color[2][i]
 }
 
-/// The weights of the squared errors of pixels when they are summed over those around: one over the square of the light there, so that
-/// bright pixels do not outweigh dark ones.
+/// The weights of the squared errors of pixels when they are summed over those around: one over the square of the light there, so
+/// that bright pixels do not outweigh dark ones.
 pub(super) fn error_weights(own: &Frame, filtered: &[Color; 2]) -> Vec<f32> {
     /// The light, in parts of the picture's mean, below which pixels count alike.
     const DARK: f32 = 0.1;

@@ -150,8 +150,8 @@ impl Frame {
         f32::from(self.alpha_halves.iter().all(|half| half[i] > 0.0))
     }
 
-    /// Makes halves, which are divided by the alpha of all samples, differ as much as they do when each is divided by its own alpha: the
-    /// noise of the coverage is no noise of the light. Their mean stays.
+    /// Makes halves, which are divided by the alpha of all samples, differ as much as they do when each is divided by its own
+    /// alpha: the noise of the coverage is no noise of the light. Their mean stays.
     fn leave_alpha_out(&self, halves: &mut [Color; 2]) {
         let [alpha_a, alpha_b] = &self.alpha_halves;
         let [half_a, half_b] = halves;

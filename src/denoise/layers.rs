@@ -2,8 +2,8 @@
 //!
 //! A lamp that dims, or that takes the place of another one, may change light groups and leave the beauty nearly as it is. A layer
 //! has no halves that tell its noise, so the differences of the pixels of a window tell it: their mean, squared, is compared with
-//! the variance of a mean of as many pixels (a paired t-test). As with the beauty (`lighting`), slow changes of the light are followed,
-//! and what still differs is left out.
+//! the variance of a mean of as many pixels (a paired t-test). As with the beauty (`lighting`), slow changes of the light are
+//! followed, and what still differs is left out.
 
 use super::{blur, signal::Color};
 use crate::math::parallel;
@@ -11,8 +11,8 @@ use crate::math::parallel;
 /// The least variance, in parts of the square of the light.
 const LEAST: f32 = 0.02 * 0.02;
 
-/// Brings the layers of another frame to the light of the own ones. Returns the weights of the pixels of each layer, which are those of
-/// the beauty or less.
+/// Brings the layers of another frame to the light of the own ones. Returns the weights of the pixels of each layer, which
+/// are those of the beauty or less.
 pub(super) fn follow(own: &[Color], other: &mut [Color], (weights, size): (&[f32], [usize; 2])) -> Vec<Vec<f32>> {
     if own.is_empty() {
         return Vec::new();

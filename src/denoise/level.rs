@@ -46,8 +46,8 @@ pub(super) fn share(own: f32, other: f32) -> f32 {
     (lent / other.max(lent)) * (taken / own.max(taken))
 }
 
-/// The mean of the noise around each pixel by the weights of a 5 x 5 binomial: brighter pixels lend no more of theirs than a pixel of
-/// `LENDS_NOISE` times the own brightness would have.
+/// The mean of the noise around each pixel by the weights of a 5 x 5 binomial: brighter pixels lend no more of theirs than a pixel
+/// of `LENDS_NOISE` times the own brightness would have.
 pub(super) fn noise_around(noise: &[f32], levels: &[f32], [width, height]: [usize; 2]) -> Vec<f32> {
     const TAPS: [f32; 5] = [1.0 / 16.0, 4.0 / 16.0, 6.0 / 16.0, 4.0 / 16.0, 1.0 / 16.0];
     let pixel = |i: usize| -> f32 {

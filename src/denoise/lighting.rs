@@ -1,8 +1,8 @@
 //! The light of another frame brought to that of the own one, where something moves.
 //!
-//! A surface that turns, a lamp that dims and a shadow that comes near change the light of a surface slowly over the picture. Its noise
-//! is fine. So the light is multiplied by the quotient of the means of both frames around each pixel, where these differ by more than
-//! chance explains; what still differs then is left out.
+//! A surface that turns, a lamp that dims and a shadow that comes near change the light of a surface slowly over the picture. Its
+//! noise is fine. So the light is multiplied by the quotient of the means of both frames around each pixel, where these differ by
+//! more than chance explains; what still differs then is left out.
 
 use super::{
     albedo::scale,
@@ -39,10 +39,12 @@ pub(super) fn nearer(own: &Frame, mut plain: Signal, scaled: &Signal) -> Signal 
     plain
 }
 
-/// Brings the light of another frame to that of the own one, by the first signal, which is compared, and the second in the same way. Returns the parts to which pixels are found, without those around which the
-/// light differs pixel by pixel by more than chance explains.
+/// Brings the light of another frame to that of the own one, by the first signal, which is compared, and the second in
+/// the same way. Returns the parts to which pixels are found, without those around which the light differs pixel by
+/// pixel by more than chance explains.
 pub(super) fn follow(own: &Frame, [other, beside]: [&mut Signal; 2], found: &[f32]) -> Vec<f32> {
-    /// Squared differences of means in parts of their variance, from which on light is changed, and at which it is as much as they differ.
+    /// Squared differences of means in parts of their variance, from which on light is changed, and at
+    /// which it is as much as they differ.
     const FROM: f32 = 2.0;
     const TO: f32 = 6.0;
     /// The least variance, in parts of the square of the light.

@@ -3,7 +3,8 @@
 //! Outliers are cut first (`outliers`). Then it works in three steps, each a pure function of pixels:
 //!
 //! 1. The frames around a frame are brought to its pixels by the cameras and the depth (`reproject`), and where surfaces move by
-//!    their motion vectors (`motion`), and averaged where a test of the two pixels' surroundings cannot tell them apart (`accumulate`).
+//!    their motion vectors (`motion`), and averaged where a test of the two pixels' surroundings
+//!    cannot tell them apart (`accumulate`).
 //! 2. Each pixel becomes a mean of the pixels around it (`nlm`), weighted by how alike their surroundings, normals, depths and
 //!    albedos are, in windows of two sizes.
 //! 3. The windows are mixed by their estimated errors, and the result with the mean of step 1, so that it goes to the
@@ -13,8 +14,8 @@
 //! does not choose its own neighbours, and the difference of the results measures the noise that is left. Light is divided by
 //! the albedo before and multiplied afterwards, so textures stay sharp. All light layers get the weights of the beauty, and
 //! less of frames in which lamps or objects have changed them (`layers`). The alpha is filtered as a picture of its own, and light
-//! over alpha apart from it (`coverage`); the alpha of shadow catchers says nothing of their light, which is divided by the part of a pixel that
-//! surfaces cover.
+//! over alpha apart from it (`coverage`); the alpha of shadow catchers says nothing of their light, which is divided by the
+//! part of a pixel that surfaces cover.
 //!
 //! Sources: Rousselle, Knaus, Zwicker, "Adaptive Rendering with Non-Local Means Filtering", SIGGRAPH Asia 2012,
 //! doi:10.1145/2366145.2366214; Rousselle, Manzi, Zwicker, "Robust Denoising using Feature and Color Information", Pacific

@@ -153,8 +153,8 @@ impl<'a> Way<'a> {
     }
 }
 
-/// For each pixel, the one that tells its object and its motion. Numbers and vectors are those of one sample, which at an edge may be on
-/// either side: the side in front counts, as the nearest of the 3 x 3 pixels has it.
+/// For each pixel, the one that tells its object and its motion. Numbers and vectors are those of one sample, which at an edge may
+/// be on either side: the side in front counts, as the nearest of the 3 x 3 pixels has it.
 fn fronts(frame: &Frame) -> Vec<u32> {
     /// The variances of the normal and of the inverse depth, in parts of its square, from which on a pixel is at an edge.
     const NORMAL: f32 = 1e-3;

@@ -292,8 +292,8 @@ impl Buffers {
         }
     }
 
-    /// The weights of a line of pixels by the sums of one half, none larger than by the features. The inner 3 x 3 pixels of a patch must
-    /// be alike too: the noise of a spot at its edge would hide that they are not.
+    /// The weights of a line of pixels by the sums of one half, none larger than by the features. The inner 3 x 3 pixels of a patch
+    /// must be alike too: the noise of a spot at its edge would hide that they are not.
     #[inline(always)]
     fn weights(&self, half: usize, line: usize, alike: &[f32; TILE[0]], out: &mut [f32; TILE[0]]) {
         const SCALE: f32 = 1.0 / (DIAMETER * DIAMETER) as f32;

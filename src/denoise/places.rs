@@ -25,7 +25,8 @@ pub(super) fn rests(own: &Frame, other: &Frame) -> bool {
 }
 
 /// The value of a plane between pixels by a cubic that passes through their values; `None` where the 4 x 4 pixels around show other
-/// objects than `like`. Source: Catmull and Rom, "A class of local interpolating splines", 1974, doi:10.1016/B978-0-12-079050-0.50020-5.
+/// objects than `like`. Source: Catmull and Rom, "A class of local interpolating splines", 1974,
+/// doi:10.1016/B978-0-12-079050-0.50020-5.
 pub(super) fn cubic(frame: &Frame, place: Place, plane: &[f32], like: usize) -> Option<f32> {
     let (x, y) = (
         place.x - f64::from(frame.origin[0]) - 0.5,

@@ -1,8 +1,8 @@
-//! A frame brought to the pixels of another: by the cameras and the depth, or by motion vectors where the surface moves, with what does
-//! not fit left out.
+//! A frame brought to the pixels of another: by the cameras and the depth, or by motion vectors where the surface moves,
+//! with what does not fit left out.
 //!
-//! Where the camera rests and the scene is the same, pixels show the same. Where one of them has changed, a pixel must show the same
-//! surface, and its light is tested (`accumulate`).
+//! Where the camera rests and the scene is the same, pixels show the same. Where one of them has changed, a pixel must show the
+//! same surface, and its light is tested (`accumulate`).
 
 use super::{
     albedo::{self, Albedo},
@@ -33,8 +33,8 @@ struct Found {
     moves: Option<Place>,
 }
 
-/// The other frame at the pixels of `own`, with those between them in the order of the way; `None` where it cannot be told where they
-/// are.
+/// The other frame at the pixels of `own`, with those between them in the order of the way; `None` where
+/// it cannot be told where they are.
 pub(super) fn reproject<'a>(
     own: &'a Frame,
     between: impl Iterator<Item = &'a Frame>,
@@ -85,8 +85,8 @@ pub(super) fn reproject<'a>(
     });
     let found = (0..own.pixels())
         .map(|i| {
-            // What mirrors and glass show is not at the place of their surface: where that or the camera moves, it is left to the own
-            // frame.
+            // What mirrors and glass show is not at the place of their surface: where that or the camera
+            // moves, it is left to the own frame.
             let specular = own.specular.as_ref().filter(|_| !rests || all[i].moves.is_some());
             covered(own.alpha[i], covers[i]) * (1.0 - specular.map_or(0.0, |specular| specular[i]))
         })

@@ -180,9 +180,9 @@ fn noise_left_of_a_moving_camera(correlation: f32) -> f64 {
     inner(&mean.halves[0]) / inner(&own.signal.halves[0])
 }
 
-/// Weights w leave (1 + w^2) / (1 + w)^2 of the noise. They are the part of the frames' difference that noise explains, times what the
-/// test of patches leaves: 0.66 in the mean, as it compares estimated variances. Halves that are correlated by -0.3, as is assumed, explain
-/// all: 0.55 is left with the spread of the weights. Independent ones explain 0.7 / 1.3 = 0.54: 0.64 is left.
+/// Weights w leave (1 + w^2) / (1 + w)^2 of the noise. They are the part of the frames' difference that noise explains, times what
+/// the test of patches leaves: 0.66 in the mean, as it compares estimated variances. Halves that are correlated by -0.3, as is
+/// assumed, explain all: 0.55 is left with the spread of the weights. Independent ones explain 0.7 / 1.3 = 0.54: 0.64 is left.
 #[test]
 fn a_moving_camera_finds_the_places_of_the_wall_again() {
     for (correlation, expected) in [(-0.3, 0.4..0.6), (0.0, 0.6..0.68)] {

@@ -2,7 +2,8 @@
 
 use super::signal::Color;
 
-/// The motion of the surface that each pixel shows: pixels to the right, pixels upwards, and metres of depth; 0 where it is unknown.
+/// The motion of the surface that each pixel shows: pixels to the right, pixels upwards, and metres
+/// of depth; 0 where it is unknown.
 #[derive(Clone, Debug, Default)]
 pub struct Vectors {
     /// From the frame before to this one.

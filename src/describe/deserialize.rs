@@ -1,7 +1,7 @@
 //! Values of a scene file as serde reads them.
 //!
-//! A deserializer of its own, since that of the TOML crate reads a list in place of a table: the elements as the keys of a struct in the
-//! order of its fields, which is no order that a user knows.
+//! A deserializer of its own, since that of the TOML crate reads a list in place of a table: the elements as the keys of a struct
+//! in the order of its fields, which is no order that a user knows.
 
 use std::fmt;
 

@@ -50,7 +50,8 @@ impl<'d> MovingDesc<'d> {
         Self { desc, values, entities }
     }
 
-    /// The keys whose values differ between two times, each by the steps from its entity; all keys without values of an earlier time.
+    /// The keys whose values differ between two times, each by the steps from its entity; all keys
+    /// without values of an earlier time.
     pub fn changed(&self, old: Option<&[String]>, new: &[String]) -> impl Iterator<Item = (Entity, &'d [String])> {
         let columns = self.values.columns.iter().enumerate();
         let differs = move |at: usize| old.is_none_or(|old| old[at] != new[at]);

@@ -101,8 +101,8 @@ impl KnownNames {
         }
     }
 
-    /// The paths that `path`, whose second step stands for any name, has with each of the names, but for that of the ground of a model by
-    /// itself; `None` where the first is no table of the scene that has names.
+    /// The paths that `path`, whose second step stands for any name, has with each of the names, but for that of the ground of a
+    /// model by itself; `None` where the first is no table of the scene that has names.
     pub fn each(&self, path: &[String]) -> Option<Vec<Vec<String>>> {
         let [table, _, rest @ ..] = path else { return None };
         let tables = NAMED.iter().zip(&self.named).chain(LISTED.iter().zip(&self.listed));
@@ -116,8 +116,8 @@ impl KnownNames {
         Some(names.names.iter().take(count).map(whole).collect())
     }
 
-    /// Returns `path` with each name as one step, and with the number of an element, from 0, in place of its name. `span` is that of
-    /// the value.
+    /// Returns `path` with each name as one step, and with the number of an element, from 0, in place of its
+    /// name. `span` is that of the value.
     pub fn resolve<'p>(&self, path: &'p [String], span: &Span) -> Result<Vec<Cow<'p, str>>, Problem> {
         let numbered = match path.first() {
             Some(key)

@@ -87,7 +87,8 @@ impl Overrides {
         self.at(span).is_some_and(|one| matches!(one.place, Place::Stage(_)))
     }
 
-    /// Adds the origin of the value `name`, whose cell or distribution has it: a place in a file, or after a flag that is among these.
+    /// Adds the origin of the value `name`, whose cell or distribution has it: a place in a file, or
+    /// after a flag that is among these.
     pub(super) fn set_cell(&mut self, origin: &str, name: &str) {
         // Those of files come after all flags.
         let mut flags = (self.0.iter()).take_while(|one| !matches!(one.place, Place::Cell | Place::Draw));
@@ -158,8 +159,8 @@ impl Overrides {
         self.0.get(span.start.checked_sub(OVERRIDES)?)
     }
 
-    /// Puts the values into the table of a file of this kind, of which `text` is shown. Returns the problems of those that have no place
-    /// in it.
+    /// Puts the values into the table of a file of this kind, of which `text` is shown. Returns the problems
+    /// of those that have no place in it.
     pub(super) fn apply<'i>(&'i self, table: &mut DeTable<'i>, (kind, text): (FileKind, &str)) -> Vec<Problem> {
         let (mut problems, mut components) = (Vec::new(), Vec::new());
         let known = KnownNames::new(table, kind);
@@ -255,7 +256,8 @@ pub(super) fn put<'i>(
     result
 }
 
-/// Gives the table at `path` another kind, if `new` is the name of one. The keys that all kinds have stay. Returns whether that is so.
+/// Gives the table at `path` another kind, if `new` is the name of one. The keys that all kinds have
+/// stay. Returns whether that is so.
 fn change_kind(table: &mut DeTable<'_>, path: &[Cow<'_, str>], new: &DeValue<'_>, span: &Span) -> bool {
     let Some((sort, kind)) = kind_table(path).zip(new.as_str()).filter(|(sort, kind)| sort.has(kind)) else {
         return false;
@@ -287,8 +289,8 @@ fn change_kind(table: &mut DeTable<'_>, path: &[Cow<'_, str>], new: &DeValue<'_>
     true
 }
 
-/// Returns the value of `key` after `new` is applied: a number of `samples` is the most of them where they are adaptive, and a kind that
-/// is named keeps its settings if it is the same.
+/// Returns the value of `key` after `new` is applied: a number of `samples` is the most of them where they are adaptive, and a kind
+/// that is named keeps its settings if it is the same.
 fn merged<'i>(key: &str, mut old: Spanned<DeValue<'i>>, new: Spanned<DeValue<'i>>) -> Spanned<DeValue<'i>> {
     let DeValue::Table(table) = old.get_mut() else {
         return new;

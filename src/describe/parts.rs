@@ -89,8 +89,8 @@ impl PartsDesc {
         edited
     }
 
-    /// Whether the key at `path` of an object belongs to a part of its model and changes the model's pose or its colours, and not what of
-    /// it is there.
+    /// Whether the key at `path` of an object belongs to a part of its model and changes the model's pose or its
+    /// colours, and not what of it is there.
     pub fn is_of_pose(path: &[String]) -> bool {
         part_of(path).is_some() && path.len() > 2 && path.last().is_none_or(|key| key != "visible")
     }

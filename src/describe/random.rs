@@ -1,7 +1,7 @@
 //! Values that are drawn at random for each frame.
 //!
-//! A draw depends on the seed, the name of the scene, the name of the value and the number of the frame, and on nothing else: not on
-//! other values, nor on the frames that a job renders, nor on their order.
+//! A draw depends on the seed, the name of the scene, the name of the value and the number of the frame, and on nothing else: not
+//! on other values, nor on the frames that a job renders, nor on their order.
 
 use std::{collections::HashMap, path::PathBuf, sync::Arc};
 
@@ -27,8 +27,8 @@ pub(super) use wildcards::is_wildcard;
 /// | `scene` | a text that takes the place of the scene's name | the name of the file without its ending |
 /// | the name of a value | a distribution, see below | none |
 ///
-/// The [names](../animation.md#values) are those that `--set` and tables of values have. They stand in quotes, since they have points in them.
-/// Whatever can vary over frames can be drawn.
+/// The [names](../animation.md#values) are those that `--set` and tables of values have. They stand in quotes, since they have
+/// points in them. Whatever can vary over frames can be drawn.
 ///
 /// | distribution | what is drawn |
 /// |---|---|
@@ -70,26 +70,34 @@ pub(super) use wildcards::is_wildcard;
 /// point = { position = [0, 4, 0], intensity = 40 }
 /// ```
 ///
-/// A frame draws by the seed, the name of the scene, the name of the value and its number, and by nothing else: it is the same by itself, in a
-/// chunk, in a job that continues, on any machine and with any other values beside it. Both eyes of stereo, and all crops of a frame, share it.
-/// `--views`, `--turntable`, `--frames`, `--values` or `--range` say which frames there are; without any of them it is frame 1.
+/// A frame draws by the seed, the name of the scene, the name of the value and its number, and by nothing else: it is the same
+/// by itself, in a chunk, in a job that continues, on any machine and with any other values beside it. Both eyes of stereo, and
+/// all crops of a frame, share it. `--views`, `--turntable`, `--frames`, `--values` or `--range` say which frames there are;
+/// without any of them it is frame 1.
 ///
-/// - `--random FILE` reads the same keys from a TOML file, in place of this table: for models without a scene file, and for many scenes in one command.
-///   `--random 'draws/{scene}.toml'` is a file for each scene. Scenes whose files have the same name draw the same values: `--set 'random.scene="{scene}"'` tells them apart.
-/// - `*` in place of a name stands for all objects, lights, materials or textures of the scene that have the value, and each draws by itself: `"object.*.material"`,
-///   `"light.*.point.intensity"`. Of a model by itself it stands for all nodes and materials as well: `"material.*.base_color"`; `"object.*"` is the model without the ground of `--ground`. A value that has its whole name
+/// - `--random FILE` reads the same keys from a TOML file, in place of this table: for models without a scene file, and for many
+///   scenes in one command. `--random 'draws/{scene}.toml'` is a file for each scene. Scenes whose files have the same name draw
+///   the same values: `--set 'random.scene="{scene}"'` tells them apart.
+/// - `*` in place of a name stands for all objects, lights, materials or textures of the scene that have the value, and each draws
+///   by itself: `"object.*.material"`, `"light.*.point.intensity"`. Of a model by itself it stands for all nodes and materials as
+///   well: `"material.*.base_color"`; `"object.*"` is the model without the ground of `--ground`. A value that has its whole name
 ///   in a table or here is not among them.
-/// - `--set random.seed=8` draws others, `--set random.light.key.point.intensity=[1,2]` replaces a distribution, and `--set random.light.key.point.intensity=none` takes it out.
-/// - A rotation that is uniform has the components of a quaternion that are normal: `rotate.qx`, `.qy`, `.qz` and `.qw`, each `{ normal = [0, 1] }`.
-/// - A value that `--set` gives is not drawn. One of which `--set` gives a part, such as `intensity.r`, is an error, and so is one that a table
-///   of values has as well.
-/// - Draws hold while the shutter is open, so that nothing is blurred by them, and motion vectors lead to where the draws of the next frame put
-///   an object. Frames do not help to denoise each other.
-/// - What was drawn is in `transforms.json` (`--metadata transforms`) as `values` of each frame, and in the attribute `batch-render/values` of EXR,
-///   NPZ and PNG files, as JSON. `--dry-run` lists it before anything is rendered.
-/// - Views place the camera: with `--views` its lens can be drawn, such as `"camera.perspective.fov" = [30, 60]`, and not `eye`, `target` and `up`.
-/// - The ends of each range and all names are checked before the first frame, whichever frames there are. A normal distribution that lacks an end reaches 8.6 deviations. Values that do not fit together fail at their frame.
-/// - A job looks whether all files are there that may be drawn; `--check` and `--dry-run` load each of them, and each variant of a model that may be.
+/// - `--set random.seed=8` draws others, `--set random.light.key.point.intensity=[1,2]` replaces a distribution, and
+///   `--set random.light.key.point.intensity=none` takes it out.
+/// - A rotation that is uniform has the components of a quaternion that are normal: `rotate.qx`, `.qy`, `.qz` and
+///   `.qw`, each `{ normal = [0, 1] }`.
+/// - A value that `--set` gives is not drawn. One of which `--set` gives a part, such as `intensity.r`, is an error, and so is one
+///   that a table of values has as well.
+/// - Draws hold while the shutter is open, so that nothing is blurred by them, and motion vectors lead to where the draws of the
+///   next frame put an object. Frames do not help to denoise each other.
+/// - What was drawn is in `transforms.json` (`--metadata transforms`) as `values` of each frame, and in the attribute
+///   `batch-render/values` of EXR, NPZ and PNG files, as JSON. `--dry-run` lists it before anything is rendered.
+/// - Views place the camera: with `--views` its lens can be drawn, such as `"camera.perspective.fov" = [30, 60]`,
+///   and not `eye`, `target` and `up`.
+/// - The ends of each range and all names are checked before the first frame, whichever frames there are. A normal distribution
+///   that lacks an end reaches 8.6 deviations. Values that do not fit together fail at their frame.
+/// - A job looks whether all files are there that may be drawn; `--check` and `--dry-run` load each of them, and
+///   each variant of a model that may be.
 ///
 /// The file is whole without this table, as it is without a table of values. An example is `scenes/random/scene.toml`.
 #[derive(Clone, Debug)]
@@ -201,8 +209,8 @@ fn kept<T>(read: Result<T, Problem>, problems: &mut Vec<Problem>) -> Option<T> {
     read.map_err(|problem| problems.push(problem)).ok()
 }
 
-/// Collects the names with their places and their distributions. A name in one piece has points in it; one that is spread over tables is
-/// their keys.
+/// Collects the names with their places and their distributions. A name in one piece has points in it; one that is
+/// spread over tables is their keys.
 fn leaves<'i>(
     table: DeTable<'i>,
     path: &mut Vec<String>,

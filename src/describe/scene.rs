@@ -2,8 +2,8 @@
 //!
 //! It is a TOML file. A value whose kind can be chosen is named by a key: `shape.sphere = { radius = 1 }`. A kind without
 //! keys may be a word: `mapping = "asin"`. An unknown key is an error that suggests the nearest known one.
-//! `batch-render schema > scene.schema.json` writes its JSON Schema, by which editors with taplo, such as Visual Studio Code with Even Better
-//! TOML, complete and check a file whose first line is `#:schema scene.schema.json`, the path from its own folder.
+//! `batch-render schema > scene.schema.json` writes its JSON Schema, by which editors with taplo, such as Visual Studio Code with
+//! Even Better TOML, complete and check a file whose first line is `#:schema scene.schema.json`, the path from its own folder.
 //!
 //! - Lengths are in metres and angles in degrees. The space is right-handed; +y is up unless a camera says otherwise.
 //! - Positions are in double precision. A scene far from the origin, by 1,000 m and more, is computed around its own
@@ -54,7 +54,8 @@ pub struct SceneDesc {
     pub render: RenderDesc,
     /// The scene's own camera. The table has a key that names the kind of camera, and may have a shutter.
     ///
-    /// A camera path moves it and may change its lens; without one a single frame is rendered. It looks along its own -z, with +y up.
+    /// A camera path moves it and may change its lens; without one a single frame is rendered. It
+    /// looks along its own -z, with +y up.
     ///
     /// ```toml
     /// [camera]
@@ -62,10 +63,11 @@ pub struct SceneDesc {
     /// shutter = [0, 0.5]
     /// ```
     ///
-    /// `shutter = [open, close]` are the times at which the shutter opens and closes, in frames from that of the picture: what moves
-    /// between them is blurred. By default both are 0. `readout = 0.8` is a rolling shutter: the time in frames from the exposure of
-    /// the first line to that of the last one. `readout_direction` is `"top_to_bottom"` (the default), `"bottom_to_top"`,
-    /// `"left_to_right"` or `"right_to_left"`. Columns of the camera path win. The keys may stand without a kind of camera.
+    /// `shutter = [open, close]` are the times at which the shutter opens and closes, in frames from that of the
+    /// picture: what moves between them is blurred. By default both are 0. `readout = 0.8` is a rolling shutter: the
+    /// time in frames from the exposure of the first line to that of the last one. `readout_direction` is
+    /// `"top_to_bottom"` (the default), `"bottom_to_top"`, `"left_to_right"` or `"right_to_left"`. Columns of the camera
+    /// path win. The keys may stand without a kind of camera.
     pub camera: Option<Spanned<CameraDesc>>,
     /// The shutter of the scene's camera and the readout of its sensor.
     pub timing: Timing,
@@ -180,9 +182,10 @@ impl Default for BackgroundDesc {
 ///
 /// A texture moves with its object: `mapping.planar` reads the object's own coordinates. The bottom row of an image is t = 0.
 ///
-/// `warp` moves s by the red channel of another texture, t by green and a third coordinate by blue: by `amount` (a number or one for each coordinate,
-/// in units of the coordinates) where the channel is 1, by nothing where it is 0.5, and back by `amount` where it is 0.
-/// Textures that read others (`mix`, `ramp`) take their numbers in linear light of Rec. 709. At most 64 are nested; none may contain itself.
+/// `warp` moves s by the red channel of another texture, t by green and a third coordinate by blue: by `amount` (a number or one
+/// for each coordinate, in units of the coordinates) where the channel is 1, by nothing where it is 0.5, and back by `amount`
+/// where it is 0. Textures that read others (`mix`, `ramp`) take their numbers in linear light of Rec. 709. At most 64 are
+/// nested; none may contain itself.
 ///
 /// ```toml
 /// [texture.bricks]
@@ -216,9 +219,11 @@ pub struct TextureEntry {
 ///
 /// Objects use the material by its NAME. Objects whose material emits light are area lights.
 ///
-/// `bump` and `normal` turn the shading normal; the surface stays where it is. Heights may come from any texture, with any mapping, and are as high as `distance`
-/// in the object's own space: a `transform` stretches them with the object. Their slope is measured over a texel, or over what a ray sees of the surface where that is more, so that they fade from afar. The normals of a map
-/// belong to its s and t, so that it is no texture that is made of others. A clear coat keeps the normal of the bare surface. A mixture takes those of its materials.
+/// `bump` and `normal` turn the shading normal; the surface stays where it is. Heights may come from any texture, with any mapping,
+/// and are as high as `distance` in the object's own space: a `transform` stretches them with the object. Their slope is measured
+/// over a texel, or over what a ray sees of the surface where that is more, so that they fade from afar. The normals of a map
+/// belong to its s and t, so that it is no texture that is made of others. A clear coat keeps the normal of the bare surface. A
+/// mixture takes those of its materials.
 ///
 /// ```toml
 /// [material.wall]
@@ -256,11 +261,12 @@ pub struct MaterialEntry {
 ///
 /// Objects with a material that emits light, an environment map and a sky light the scene as well. Each shadow ray goes to one
 /// light, chosen by how much it may contribute, so thousands of lights cost about as much as ten. An infinite `plane` that
-/// emits light is found by chance only. Lights with a surface (`rect`, `disk`, `sphere`, `tube`, points and spots with a `radius`) cast
-/// soft shadows and block nothing; the camera sees them only where they say so. The `whitted` integrator samples lights differently: see its page.
+/// emits light is found by chance only. Lights with a surface (`rect`, `disk`, `sphere`, `tube`, points and spots with a
+/// `radius`) cast soft shadows and block nothing; the camera sees them only where they say so. The `whitted` integrator samples
+/// lights differently: see its page.
 ///
-/// Light is radiometric: 1 cd is 1 W/sr and 1 lux is 1 W/m^2 per channel. IES files of lamps are photometric, and 683 of their candela are
-/// 1 W/sr.
+/// Light is radiometric: 1 cd is 1 W/sr and 1 lux is 1 W/m^2 per channel. IES files of lamps are photometric, and
+/// 683 of their candela are 1 W/sr.
 ///
 /// ```toml
 /// [[light]]
@@ -296,36 +302,40 @@ pub struct LightEntry {
 /// | `node` | tables by the names of nodes of its model: `transform` and `visible` | those of the file |
 /// | `material_overrides` | by the names of materials of its model: NAME of a `[material.NAME]`, or a table of factors | those of the file |
 ///
-/// Rays of a kind that `ray_visibility` leaves out pass the object as if it were not there: `{ camera = false }` hides it and keeps its
-/// shadow and its reflections, `{ shadow = false }` keeps it from blocking lights. Where shadow rays and other rays meet different
-/// objects, lights are found by light sampling alone, which adds noise on glossy surfaces and near lamps. A holdout blocks light and is reflected as
-/// any object. PNG files have no alpha where the camera sees the background, and show a holdout as black.
+/// Rays of a kind that `ray_visibility` leaves out pass the object as if it were not there: `{ camera = false }` hides it
+/// and keeps its shadow and its reflections, `{ shadow = false }` keeps it from blocking lights. Where shadow rays and other
+/// rays meet different objects, lights are found by light sampling alone, which adds noise on glossy surfaces and near
+/// lamps. A holdout blocks light and is reflected as any object. PNG files have no alpha where the camera sees the
+/// background, and show a holdout as black.
 ///
-/// **A shadow catcher** stands for a surface of a photograph, the plate, that the picture is put over. Each of its pixels is rendered twice
-/// with the same random numbers: as it is, `W`, and with lights and catchers alone, `O`. With `m`, the least of 1 and of the channels of
-/// `W / O`, its alpha is `1 - m` and its light `W - m O`, so that the plate is scaled by `W / O` where that is gray: shadows, also those of
-/// environments and of light from other surfaces. Coloured light, reflections and what is brighter than before is added as it would look on
-/// the catcher itself, so give it the material, and the scene the exposure, of the plate. Over a darker plate, or none, the light that is left of a shadow between
-/// lights of different colours glows: one alpha cannot tint. A background that the camera sees, unless it is black, is the plate, and is known: it shows
-/// through the catcher, each channel times its own ratio, and darker where the plate is. Where objects change nothing, its pixels are exactly 0. An emitting
+/// **A shadow catcher** stands for a surface of a photograph, the plate, that the picture is put over. Each of its pixels is
+/// rendered twice with the same random numbers: as it is, `W`, and with lights and catchers alone, `O`. With `m`, the least of 1
+/// and of the channels of `W / O`, its alpha is `1 - m` and its light `W - m O`, so that the plate is scaled by `W / O` where that
+/// is gray: shadows, also those of environments and of light from other surfaces. Coloured light, reflections and what is brighter
+/// than before is added as it would look on the catcher itself, so give it the material, and the scene the exposure, of the plate.
+/// Over a darker plate, or none, the light that is left of a shadow between lights of different colours glows: one alpha cannot
+/// tint. A background that the camera sees, unless it is black, is the plate, and is known: it shows through the catcher, each
+/// channel times its own ratio, and darker where the plate is. Where objects change nothing, its pixels are exactly 0. An emitting
 /// object counts as one of the objects, unless it is a catcher, too; lights are those of the plate. Mirrors and surfaces that light
 /// bounces from meet a catcher as any object. Passes of light components and light groups leave it out; data and mattes have it.
 ///
-/// Catchers take time: where they fill the picture, all paths are traced twice, and the frame takes two to three times as long. A holdout throws
-/// its shadow on catchers as any object does. What lies behind glass, also behind a thin pane, is seen through an object: its alpha is 1
-/// there, and a catcher shows as the surface that it is.
+/// Catchers take time: where they fill the picture, all paths are traced twice, and the frame takes two to three times as long. A
+/// holdout throws its shadow on catchers as any object does. What lies behind glass, also behind a thin pane, is seen through an
+/// object: its alpha is 1 there, and a catcher shows as the surface that it is.
 ///
-/// **One-sided surfaces**: the back of a surface is the side that its geometric normal does not point to: of a shape the inside, of a triangle the side
-/// from which its corners run clockwise. With `back_faces = "shaded"` both sides look the same. `"black"`: the back reflects, transmits and emits nothing, and
-/// blocks light, as in Mitsuba without `twosided`. `"culled"`: rays that meet the back pass as if it were not there (backface culling): those of the
-/// camera, of mirrors and of light that bounces, and shadow rays, which run from the lit surface to the light. So one looks into a room through the
-/// outside of its walls, while the light stays in it; and a plane whose back faces the floor throws no shadow on it. `"file"` culls the backs of those
-/// materials of a glTF file that have no `doubleSided`, as glTF says. The key of an object wins over those of its materials. Surfaces through which
-/// light enters a body (`glass` without `thin_walled`) and those that emit from both sides (`two_sided`) are never one-sided.
+/// **One-sided surfaces**: the back of a surface is the side that its geometric normal does not point to: of a shape the inside, of
+/// a triangle the side from which its corners run clockwise. With `back_faces = "shaded"` both sides look the same. `"black"`: the
+/// back reflects, transmits and emits nothing, and blocks light, as in Mitsuba without `twosided`. `"culled"`: rays that meet the
+/// back pass as if it were not there (backface culling): those of the camera, of mirrors and of light that bounces, and shadow
+/// rays, which run from the lit surface to the light. So one looks into a room through the outside of its walls, while the light
+/// stays in it; and a plane whose back faces the floor throws no shadow on it. `"file"` culls the backs of those materials of a
+/// glTF file that have no `doubleSided`, as glTF says. The key of an object wins over those of its materials. Surfaces through
+/// which light enters a body (`glass` without `thin_walled`) and those that emit from both sides (`two_sided`) are never one-sided.
 ///
-/// **Light linking**: `lights` and `exclude_lights` take names of lights, of emitting objects (of a model also its lights), of light groups,
-/// `group:NAME` for a group alone, and `background`. Other lights neither light the surfaces of the object nor appear in its reflections, but the object blocks
-/// and reflects light for others as before. `exclude_lights` wins over `lights`. The `ambient` light of `whitted` has no name.
+/// **Light linking**: `lights` and `exclude_lights` take names of lights, of emitting objects (of a model also its lights), of
+/// light groups, `group:NAME` for a group alone, and `background`. Other lights neither light the surfaces of the object nor appear
+/// in its reflections, but the object blocks and reflects light for others as before. `exclude_lights` wins over `lights`. The
+/// `ambient` light of `whitted` has no name.
 ///
 /// A transform scales first, then rotates about the fixed x, y and z axes in this order (degrees), then translates (m).
 /// `rotate` is `[x, y, z]`, or a quaternion `{ qx, qy, qz, qw }`. `scale` is a number or `[x, y, z]`. A `matrix` has four rows of
@@ -380,15 +390,16 @@ pub struct LightEntry {
 /// visible = false
 /// ```
 ///
-/// With `nodes` the object has no others. A part is `nodes` and all below them, with `material`, `visible`, `ray_visibility`, `holdout`,
-/// `shadow_catcher`, `lights`, `exclude_lights`, `group` and `back_faces` in place of those of the object; what it does not give is the object's. A node
-/// belongs to the last part that names it or a node above it, and to no other. Names are those of `node` (a second `Wheel` is `Wheel#2`); in them
-/// `*` stands for any text and `?` for any character, and each must name a node. Lights of the file go with their nodes. Mattes and numbers stay
-/// those of the object's nodes. Over frames `object.NAME.part.0.visible` is a value of the first part.
+/// With `nodes` the object has no others. A part is `nodes` and all below them, with `material`, `visible`, `ray_visibility`,
+/// `holdout`, `shadow_catcher`, `lights`, `exclude_lights`, `group` and `back_faces` in place of those of the object; what it does
+/// not give is the object's. A node belongs to the last part that names it or a node above it, and to no other. Names are those of
+/// `node` (a second `Wheel` is `Wheel#2`); in them `*` stands for any text and `?` for any character, and each must name a node.
+/// Lights of the file go with their nodes. Mattes and numbers stay those of the object's nodes. Over frames
+/// `object.NAME.part.0.visible` is a value of the first part.
 ///
-/// `translate`, `rotate` and `scale` take the place of those of the node in its parent. Each is `[x, y, z]`, or a table of some of `x`,
-/// `y` and `z`, whose others stay as in the rest pose. A node that is not visible hides those below it. A colour is a number, `[r, g, b]` or
-/// a table of some of them. Names, factors and what they do are in [animation](../animation.md#parts-of-models).
+/// `translate`, `rotate` and `scale` take the place of those of the node in its parent. Each is `[x, y, z]`, or a table of some of
+/// `x`, `y` and `z`, whose others stay as in the rest pose. A node that is not visible hides those below it. A colour is a number,
+/// `[r, g, b]` or a table of some of them. Names, factors and what they do are in [animation](../animation.md#parts-of-models).
 #[derive(Clone, Debug, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ObjectDesc {
@@ -455,8 +466,8 @@ impl ObjectDesc {
         }
     }
 
-    /// The factor that stands for a scale of exactly 0 in a table. It has an inverse, and an object of 1 m becomes one of 1 nm, which no
-    /// picture shows, while its names, its numbers and its motion stay.
+    /// The factor that stands for a scale of exactly 0 in a table. It has an inverse, and an object of 1 m becomes one of 1 nm,
+    /// which no picture shows, while its names, its numbers and its motion stay.
     const LEAST_SCALE: f64 = 1e-9;
 
     /// The same object, whose scales are not 0.

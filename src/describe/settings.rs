@@ -47,10 +47,10 @@ use crate::{
 /// | `threshold` | number of at least 0: the error at which a block has enough samples; 0 gives all pixels `max` | 0.01 |
 ///
 /// The error is that of what is shown: the square root of the mean of `s^2 / max(l, l^2, 0.0015)` over the pixels and channels of
-/// the block, where `s` is the estimated standard error of the pixel's channel, and `l` the brightness of the pixel (the mean of its
-/// channels), both times `2^exposure`. A display shows light by about its square root, so a threshold of 0.01 leaves a standard error of 0.005 of white, 1.3
-/// of 255 levels. A block is judged when it has a power of two of samples from `min` on, and not before 4. The pass `sampleCount` shows
-/// where samples went. A crop renders whole blocks, and its pixels are those of the picture.
+/// the block, where `s` is the estimated standard error of the pixel's channel, and `l` the brightness of the pixel (the mean of
+/// its channels), both times `2^exposure`. A display shows light by about its square root, so a threshold of 0.01 leaves a standard
+/// error of 0.005 of white, 1.3 of 255 levels. A block is judged when it has a power of two of samples from `min` on, and not
+/// before 4. The pass `sampleCount` shows where samples went. A crop renders whole blocks, and its pixels are those of the picture.
 ///
 /// The standard error follows from how much the last doubling of the samples has changed the pixel: `s^2 = d^2 / 1.2`, where `d` is
 /// the change, because the variance falls by 2.2 with a doubling. `l` is the brightness of the darker half of the samples, which
@@ -148,8 +148,8 @@ fn some_files<'de, D: Deserializer<'de>>(d: D) -> Result<Option<OneOrMany>, D::E
 /// | `tiled` | whether EXR files have tiles of 64x64 pixels instead of lines: `true` or `false` | `false` |
 ///
 /// In a file pattern `####` is the frame number with four digits; `%04d` and `$F4` mean the same. The ending selects the
-/// format. An EXR file holds scene-linear light with the primaries of Rec. 709, a PNG or JPEG file display values. An NPZ file holds the
-/// numbers of EXR files as arrays of NumPy, see [NPZ files](../interface.md#output).
+/// format. An EXR file holds scene-linear light with the primaries of Rec. 709, a PNG or JPEG file display values. An NPZ file
+/// holds the numbers of EXR files as arrays of NumPy, see [NPZ files](../interface.md#output).
 ///
 /// | view | display values |
 /// |---|---|
@@ -161,10 +161,10 @@ fn some_files<'de, D: Deserializer<'de>>(d: D) -> Result<Option<OneOrMany>, D::E
 /// | `"neutral"` | the neutral curve of Khronos: colours below 0.8 stay what they are |
 ///
 /// With `exposure = "auto"` the log-average of the first frame is shown as middle gray: the light of a small picture of it, where
-/// there is any, with 16 samples of each pixel. Where it shows surfaces, only these count, not the background behind them and no shadow
-/// catchers. At most a tenth of them becomes brighter than 0.8, so that deep shadows do not burn out what is lit. All frames of a
-/// job have this exposure, whichever of them a process renders. It is the
-/// first frame of the camera path, or the scene's own camera; PNG and JPEG files record the stops.
+/// there is any, with 16 samples of each pixel. Where it shows surfaces, only these count, not the background behind them and no
+/// shadow catchers. At most a tenth of them becomes brighter than 0.8, so that deep shadows do not burn out what is lit. All frames
+/// of a job have this exposure, whichever of them a process renders. It is the first frame of the camera path, or the scene's own
+/// camera; PNG and JPEG files record the stops.
 ///
 /// | compression | EXR files |
 /// |---|---|

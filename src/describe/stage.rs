@@ -51,8 +51,8 @@ impl Stage {
         }
     }
 
-    /// The value of a sun in the direction of an azimuth and an elevation, in degrees. The azimuth 0 is +z, 90 is +x, and the elevation
-    /// 90 is +y.
+    /// The value of a sun in the direction of an azimuth and an elevation, in degrees. The azimuth 0 is +z, 90
+    /// is +x, and the elevation 90 is +y.
     pub fn sun(azimuth: f64, elevation: f64, irradiance: Option<f64>) -> toml::Value {
         let light = axis_rotation(1, azimuth) * axis_rotation(0, -elevation) * -DVec3::Z;
         let direction = toml::Value::from(light.to_array().to_vec());

@@ -235,8 +235,8 @@ fn with_all_names(
     all
 }
 
-/// The curve of a column with numbers that are whole numbers, truths or names, which hold; `None` where its numbers move or all its cells
-/// are words. A cell has the same meaning whatever the others of its column are.
+/// The curve of a column with numbers that are whole numbers, truths or names, which hold; `None` where its numbers move or all its
+/// cells are words. A cell has the same meaning whatever the others of its column are.
 fn held(moving: &MovingDesc<'_>, at: usize, (table, column): (&ValueTable, &ValueColumn)) -> Option<Curve> {
     let mut numbers = column.cells.iter().filter_map(|(_, cell)| match cell {
         ValueCell::Number(v) => Some(*v),
@@ -297,8 +297,8 @@ fn judged_frames(values: &Values, sources: &[(&ValueTable, &ValueColumn)]) -> BT
     frames
 }
 
-/// The rows at which a column is judged: those of its least and its largest number, since every range of valid numbers is an interval,
-/// of its first number with a fraction, and the first of each different word.
+/// The rows at which a column is judged: those of its least and its largest number, since every range of valid numbers is an
+/// interval, of its first number with a fraction, and the first of each different word.
 fn judged_rows(column: &ValueColumn) -> Vec<u32> {
     let numbers = || {
         column.cells.iter().filter_map(|(row, cell)| match cell {

@@ -9,16 +9,18 @@
 //! A = alpha - c m        RGB = L - m O
 //! ```
 //!
-//! A background that the camera sees, unless it is black, is the plate, of the mean `B` over the same samples. It is known, so each of its
-//! channels has a ratio of its own, and what the catcher reflects beyond `O` is as bright on it as the plate is beside the catcher:
+//! A background that the camera sees, unless it is black, is the plate, of the mean `B` over the same samples. It is
+//! known, so each of its channels has a ratio of its own, and what the catcher reflects beyond `O` is as bright on it as
+//! the plate is beside the catcher:
 //!
 //! ```text
 //! A = alpha              RGB = L - W + min(1, W / O) B + min(1, B / O) max(0, W - O)
 //! ```
 //!
-//! Over an unknown plate `P` this is `P c W / O` where the ratio is gray, and `W` for any ratio where the plate is the catcher itself,
-//! `P c = O`. Darker plates show the light that is left of a coloured shadow as that of the catcher. Both radiances are of the same random numbers: where no object changes the light of a catcher, they have the same
-//! bits, and its alpha and its light are exactly 0.
+//! Over an unknown plate `P` this is `P c W / O` where the ratio is gray, and `W` for any ratio where the plate is the
+//! catcher itself, `P c = O`. Darker plates show the light that is left of a coloured shadow as that of the catcher. Both
+//! radiances are of the same random numbers: where no object changes the light of a catcher, they have the same bits, and its
+//! alpha and its light are exactly 0.
 
 use super::{
     SampleRecord,

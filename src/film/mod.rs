@@ -43,8 +43,8 @@ pub struct Film {
 #[derive(Clone, Debug)]
 pub struct Plane {
     pub spec: PlaneSpec,
-    /// For each pixel of the film's window, row by row from the top, [`PlaneSpec::step`] values; of passes of mattes first the first
-    /// layer of all pixels, then the second and so on.
+    /// For each pixel of the film's window, row by row from the top, [`PlaneSpec::step`] values; of passes of mattes first the
+    /// first layer of all pixels, then the second and so on.
     pub values: Vec<f32>,
 }
 
@@ -91,9 +91,9 @@ impl Film {
         &mut self.planes[plane].values
     }
 
-    /// Copies the pixels of `tile`, row by row from the top, to a plane; those outside of the film's window are left out. Values that
-    /// are there already are not written: the system gives a page of zeros memory at the first write to it, so layers of mattes
-    /// that few pixels have, and passes that a scene does not use, take none.
+    /// Copies the pixels of `tile`, row by row from the top, to a plane; those outside of the film's window are left out. Values
+    /// that are there already are not written: the system gives a page of zeros memory at the first write to it, so layers of
+    /// mattes that few pixels have, and passes that a scene does not use, take none.
     fn put<P: AsRef<[f32]>>(&mut self, plane: usize, tile: Window, mut pixels: impl Iterator<Item = P>) {
         let Plane { spec, values } = &mut self.planes[plane];
         let (step, layers) = (spec.step(), spec.width() / spec.step());

@@ -23,7 +23,8 @@ pub const DARKEST: f64 = 0.0015;
 pub const FALL: f64 = 2.2;
 
 /// The estimated squared display error of a pixel, from the mean of all samples and that of the first half: the mean over the
-/// channels of the squared error relative to the brightness `l`, `e^2 / max(l, l^2, DARKEST)`. `gain` is the factor of the exposure.
+/// channels of the squared error relative to the brightness `l`, `e^2 / max(l, l^2, DARKEST)`.
+/// `gain` is the factor of the exposure.
 pub fn squared_error(mean: [f32; 3], half: [f32; 3], gain: f32) -> f64 {
     let shown = |v: [f32; 3]| v.map(|v| f64::from(v) * f64::from(gain));
     let (mean, half) = (shown(mean), shown(half));

@@ -225,7 +225,8 @@ pub trait Integrator: Sync + Send {
         1
     }
 
-    /// Whether a path goes on in one direction at most. If so, the order in which the vertices of a wave are shaded does not matter.
+    /// Whether a path goes on in one direction at most. If so, the order in which the vertices of a
+    /// wave are shaded does not matter.
     fn follows_one_direction(&self) -> bool {
         false
     }

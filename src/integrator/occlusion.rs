@@ -12,8 +12,8 @@
 //!
 //! White is open, black is enclosed. Rays are distributed by their cosine with the shading normal on the viewer's side, so
 //! the value is the fraction of a uniform sky's irradiance that arrives. A camera ray that meets nothing is white, or
-//! transparent where the background is invisible. A shadow catcher shows the occlusion by other objects alone, over white or what the
-//! picture is put over.
+//! transparent where the background is invisible. A shadow catcher shows the occlusion by other objects alone, over white
+//! or what the picture is put over.
 //!
 //! Source: Zhukov, Iones, Kronin, "An Ambient Light Illumination Model", EGWR 1998, doi:10.1007/978-3-7091-6453-2_5.
 

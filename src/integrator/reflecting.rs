@@ -170,7 +170,8 @@ impl<'a, B: BsdfBlock> KindBlock<'a, B> {
         scattering: ScatteringBlock::EMPTY,
     };
 
-    /// Fills the block with surfaces whose materials are of a `kind`, and returns whether it holds any. The BSDFs of others are `left`.
+    /// Fills the block with surfaces whose materials are of a `kind`, and returns whether it holds
+    /// any. The BSDFs of others are `left`.
     fn fill(
         &mut self,
         kind: BatchKind,

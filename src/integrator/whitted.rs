@@ -11,9 +11,9 @@
 //! ```
 //!
 //! Lights without size (points, spots, suns without an `angle`) cast hard shadows, and each of them is sampled at every
-//! surface. Of the others, each sun and each light with a surface is sampled once, and so is one emitting object, chosen by how much light it may
-//! contribute: soft shadows, with noise that `samples` average out. An environment is visible and appears in mirrors, but it
-//! does not light surfaces; `ambient` does that.
+//! surface. Of the others, each sun and each light with a surface is sampled once, and so is one emitting object, chosen by how
+//! much light it may contribute: soft shadows, with noise that `samples` average out. An environment is visible and appears in
+//! mirrors, but it does not light surfaces; `ambient` does that.
 //!
 //! Source: Whitted, "An improved illumination model for shaded display", CACM 23(6), 1980, doi:10.1145/358876.358882.
 

@@ -13,7 +13,8 @@ use crate::{
     value::{Point, Positive, Problem},
 };
 
-/// A ball that shines outwards. Its radiance in a direction is such that it has the intensity of the point light there, as seen from afar.
+/// A ball that shines outwards. Its radiance in a direction is such that it has the intensity of the
+/// point light there, as seen from afar.
 #[derive(Clone, Copy, Debug)]
 pub struct Ball {
     pub(super) shape: Shape,

@@ -19,7 +19,8 @@
 //!
 //! The density of a direction follows the luminance above the mean, by an importance map of at most 256 x 129 cells, within
 //! which bright parts are sampled as linear interpolation shows them; BSDF sampling finds the rest. Source: Karlik et al., "MIS
-//! Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling", ACM TOG 38(6), 2019, doi:10.1145/3355089.3356565. An image of one colour is not sampled at all.
+//! Compensation: Optimizing Sampling Techniques in Multiple Importance Sampling", ACM TOG 38(6), 2019, doi:10.1145/3355089.3356565.
+//! An image of one colour is not sampled at all.
 
 use std::{
     f32::consts::{PI, TAU},

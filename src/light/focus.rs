@@ -104,7 +104,8 @@ impl Focus {
         Some((share <= MAX_PART).then(|| part.seen_from(from)))
     }
 
-    /// Samples a point that shines at `from`; the outer `None` if the whole surface is to be sampled, the inner one if there is none.
+    /// Samples a point that shines at `from`; the outer `None` if the whole surface is to be
+    /// sampled, the inner one if there is none.
     #[inline]
     pub fn sample(&self, from: Vec3, u: Vec2) -> Option<Option<AreaSample>> {
         let Some(part) = self.part(from) else {

@@ -11,9 +11,9 @@
 //! gradient = { up = 0.9, side = 0.5, down = 0.1 }
 //! ```
 //!
-//! The radiance from a unit direction `w` is `side + (up - side) w.y` above the horizon, and `side + (down - side) (-w.y)` below it.
-//! A surface that faces upwards has the irradiance `pi (side + 2 up) / 3`, one that faces sideways `pi side + 2 (up + down - 2 side) / 3`.
-//! The gradient is not sampled as a light, because BSDF sampling finds it well.
+//! The radiance from a unit direction `w` is `side + (up - side) w.y` above the horizon, and `side + (down - side) (-w.y)` below
+//! it. A surface that faces upwards has the irradiance `pi (side + 2 up) / 3`, one that faces sideways
+//! `pi side + 2 (up + down - 2 side) / 3`. The gradient is not sampled as a light, because BSDF sampling finds it well.
 
 use serde::Deserialize;
 

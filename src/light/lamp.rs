@@ -352,10 +352,11 @@ impl LightKind for Lamp {
     }
 }
 
-/// The light at `from` of a sampled point of a surface; `radiance` is that at a cosine from the normal and against the unit direction to the light.
+/// The light at `from` of a sampled point of a surface; `radiance` is that at a cosine from the normal and against
+/// the unit direction to the light.
 ///
-/// Where rays of reflections do not find the surface, light sampling must find all of its light, so that the sample has no density to weigh
-/// it against.
+/// Where rays of reflections do not find the surface, light sampling must find all of its light, so that the sample
+/// has no density to weigh it against.
 #[inline]
 pub(super) fn sample_surface(
     point: &AreaSample,

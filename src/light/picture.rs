@@ -49,8 +49,8 @@ pub(super) struct Screen {
 }
 
 impl Screen {
-    /// The rectangle with this centre and these half sides, to the right and upwards as seen along the unit `normal`: the picture is
-    /// upright for those on whom it shines.
+    /// The rectangle with this centre and these half sides, to the right and upwards as seen along the unit `normal`: the picture
+    /// is upright for those on whom it shines.
     pub fn new(center: DVec3, [right, up]: [DVec3; 2], normal: Vec3, outline: Outline, origin: DVec3) -> Self {
         Self {
             corner: Point::new(center + right - up).relative_to(origin),
@@ -154,7 +154,7 @@ impl Screen {
 }
 
 impl Blocks {
-    /// The weights of the blocks as they are seen from a point: their light times about their solid angle.
+    /// The weights of the blocks as they are seen from a point: their light times their approximate solid angle.
     #[inline]
     fn seen(&self, screen: &Screen, from: Vec3) -> SeenBlocks {
         const STEP: f32 = 1.0 / BLOCKS as f32;

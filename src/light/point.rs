@@ -21,27 +21,30 @@
 //! point = { position = [0, 3, 0], intensity = [40, 40, 36], radius = 0.1 }
 //! ```
 //!
-//! With a `radius` shadows are soft, and the light behaves as [`sphere`](sphere.md). Blender's points and spots give the same light where their
-//! Soft Falloff is off; with it, light at the distance d of a lamp of radius r is `d^2 / (d^2 + r^2)` times as strong. With `falloff = "none"` the irradiance does
-//! not depend on the distance, as in the first ray tracers; the light has no `radius` then.
+//! With a `radius` shadows are soft, and the light behaves as [`sphere`](sphere.md). Blender's points and spots give the
+//! same light where their Soft Falloff is off; with it, light at the distance d of a lamp of radius r is
+//! `d^2 / (d^2 + r^2)` times as strong. With `falloff = "none"` the irradiance does not depend on the distance, as in the
+//! first ray tracers; the light has no `radius` then.
 //!
 //! ## IES files
 //!
-//! Manufacturers of lamps measure the light of each in all directions and publish an IES file of it (ANSI/IES LM-63, the versions of 1986 to 2019).
+//! Manufacturers of lamps measure the light of each in all directions and publish an IES file of it (ANSI/IES
+//! LM-63, the versions of 1986 to 2019).
 //!
 //! ```toml
 //! [[light]]
 //! point = { position = [0, 2.6, 0], ies = "downlight.ies", temperature = 3000 }
 //! ```
 //!
-//! The lamp has the intensities of the file, times its multiplier and ballast factors. They are in candela, of which 683 are 1 W sr^-1, as in
-//! glTF files with `light_units = "photometric"`; `exposure` and `intensity` change them all. With a `power` the file says only how the light
-//! is spread, and all of it together is `power`. Between the angles of the file the intensity is interpolated linearly, and directions that
-//! the file leaves out are dark.
+//! The lamp has the intensities of the file, times its multiplier and ballast factors. They are in candela, of which 683 are
+//! 1 W sr^-1, as in glTF files with `light_units = "photometric"`; `exposure` and `intensity` change them all. With a `power` the
+//! file says only how the light is spread, and all of it together is `power`. Between the angles of the file the intensity is
+//! interpolated linearly, and directions that the file leaves out are dark.
 //!
-//! The vertical angle 0 of a lamp of type C, the usual one, lies in `direction`: it is the nadir of a lamp that hangs. The horizontal angle 0 lies
-//! towards `up`, and 90 to the left of that as seen along `direction`: counter-clockwise as seen from behind the lamp. Lamps of type A and B
-//! face their angles 0 and 0; vertical angles rise towards `up`, and horizontal ones to the right. Files with a tilt (`TILT=INCLUDE`) are refused.
+//! The vertical angle 0 of a lamp of type C, the usual one, lies in `direction`: it is the nadir of a lamp that hangs. The
+//! horizontal angle 0 lies towards `up`, and 90 to the left of that as seen along `direction`: counter-clockwise as seen from
+//! behind the lamp. Lamps of type A and B face their angles 0 and 0; vertical angles rise towards `up`, and horizontal ones to the
+//! right. Files with a tilt (`TILT=INCLUDE`) are refused.
 
 use std::f32::consts::PI;
 

@@ -78,7 +78,8 @@ pub struct ProfileCone {
     pub max: f32,
     /// Whether the axis is opposite to the direction of the lamp.
     pub is_backward: bool,
-    /// The angle to the axis, in radians, up to which the intensity may be the largest. Beyond it is at most that times the cosine of the rest.
+    /// The angle to the axis, in radians, up to which the intensity may be the largest. Beyond it is at most
+    /// that times the cosine of the rest.
     pub full: f32,
     /// The angle to the axis, in radians, beyond which there is no light.
     pub end: f32,
@@ -277,7 +278,8 @@ impl Profile {
     }
 }
 
-/// The index of the last angle at or before `x`, at most that of the last but one, and the fraction of the way to the next; `None` outside.
+/// The index of the last angle at or before `x`, at most that of the last but one, and the fraction of the
+/// way to the next; `None` outside.
 #[inline]
 fn place(angles: &[f32], x: f32) -> Option<(usize, f32)> {
     let (first, last) = (angles[0], angles[angles.len() - 1]);

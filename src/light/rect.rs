@@ -5,7 +5,7 @@
 //! | `position` | its centre, `[x, y, z]` | m | required |
 //! | `target` | a point that it faces, `[x, y, z]` | m | this or `direction` |
 //! | `direction` | direction in which it shines, `[x, y, z]` | | this or `target` |
-//! | `up` | direction of its height | | `[0, 1, 0]` |
+//! | `up` | direction of its height, of the top of its texture and of the horizontal angle 0 of `ies` | | `[0, 1, 0]`; for a lamp that faces up or down `[0, 0, -1]` |
 //! | `size` | `[width, height]` | m | required |
 //! | `power` | number or `[r, g, b]`, of all its light | W | this, `radiance` or `ies` |
 //! | `radiance` | number or `[r, g, b]` | W m^-2 sr^-1 | this, `power` or `ies` |
@@ -23,21 +23,21 @@
 //! rect = { position = [0, 3, 1], target = [0, 0, 0], size = [2, 1], power = 60, temperature = 4000 }
 //! ```
 //!
-//! Lights with a surface are no objects: no ray is blocked by them, and they cast no shadow. Their names and sizes are those of UsdLux and
-//! of Blender, whose area lights of as many watts give the same picture. A picture that the camera sees of a light is added to what is
-//! behind it, and leaves alpha as it is: PNG files show it only before a background that is visible.
+//! Lights with a surface are no objects: no ray is blocked by them, and they cast no shadow. Their names and sizes are those of
+//! UsdLux and of Blender, whose area lights of as many watts give the same picture. A picture that the camera sees of a light is
+//! added to what is behind it, and leaves alpha as it is: PNG files show it only before a background that is visible.
 //!
-//! With a `spread` below 1 the light is concentrated as the grid of a soft box does, and its power stays the same. With a `spread` of 0, or
-//! below 0.0001, all light goes along the normal: a beam as wide as the light, whose irradiance does not fall with the distance. Neither
-//! the camera nor reflections see the surface of such a light.
+//! With a `spread` below 1 the light is concentrated as the grid of a soft box does, and its power stays the same. With a `spread`
+//! of 0, or below 0.0001, all light goes along the normal: a beam as wide as the light, whose irradiance does not fall with the
+//! distance. Neither the camera nor reflections see the surface of such a light.
 //!
-//! With `reflections = false` only light sampling finds the light: mirrors and clear glass do not show it, and rough surfaces have more
-//! noise.
+//! With `reflections = false` only light sampling finds the light: mirrors and clear glass do not show it,
+//! and rough surfaces have more noise.
 //!
-//! A `texture` is the picture of a screen or a window: the camera, reflections and light sampling see it alike. It is upright as seen from
-//! where the light shines, and fills the rectangle; a disk shows the part within the circle that touches its sides. Bright parts of a dark
-//! picture are sampled more often, so that a small lamp in a large picture has little noise. An `image` with `wrap = "clamp"` does not mix
-//! the colours of opposite edges.
+//! A `texture` is the picture of a screen or a window: the camera, reflections and light sampling see it alike. It is upright as
+//! seen from where the light shines, and fills the rectangle; a disk shows the part within the circle that touches its sides.
+//! Bright parts of a dark picture are sampled more often, so that a small lamp in a large picture has little noise. An `image` with
+//! `wrap = "clamp"` does not mix the colours of opposite edges.
 //!
 //! ```toml
 //! [texture.screen]
@@ -47,12 +47,14 @@
 //! rect = { position = [0, 1.2, -1], direction = [0, 0, 1], size = [1.6, 0.9], power = 40, texture = "texture.screen", camera = true }
 //! ```
 //!
-//! With `ies` the light has the intensities of an IES file as seen from afar: the radiance in a direction is the intensity by the area that
-//! is seen from there. The page of [`point`](point.md#ies-files) tells how the file is turned and which unit it has. Light that the file
-//! sends backwards needs `two_sided = true`, else it is left out, with a warning where nothing remains; `power` is that of the light which
-//! leaves the surface. Within half a degree of the plane of the surface the light fades. `radiance` and `spread` cannot be given.
+//! With `ies` the light has the intensities of an IES file as seen from afar: the radiance in a direction is the intensity by the
+//! area that is seen from there. The page of [`point`](point.md#ies-files) tells how the file is turned and which unit it has.
+//! Light that the file sends backwards needs `two_sided = true`, else it is left out, with a warning where nothing remains;
+//! `power` is that of the light which leaves the surface. Within half a degree of the plane of the surface the light fades.
+//! `radiance` and `spread` cannot be given.
 //!
-//! Source of the spread: the light that passes the cells of a grid as deep as its cells are wide divided by the tangent of the largest angle.
+//! Source of the spread: the light that passes the cells of a grid as deep as its cells are wide divided by
+//! the tangent of the largest angle.
 
 use super::{
     IesFile, LightFind, Sidedness, aim,

@@ -24,7 +24,8 @@
 //! ```
 //!
 //! Blender's spots of as many watts of `power` give the same picture, with a `radius` if their Soft Falloff is off. With a `radius`
-//! shadows are soft, and the light behaves as [`sphere`](sphere.md). With `ies` the cone cuts off the light of the file; the page of [`point`](point.md) says the rest.
+//! shadows are soft, and the light behaves as [`sphere`](sphere.md). With `ies` the cone cuts off the light of the file; the page
+//! of [`point`](point.md) says the rest.
 //!
 //! Within `cone_angle - penumbra_angle` of the axis the intensity is full. From there to `cone_angle` it falls by a
 //! smoothstep over the cosine, as in Pharr, Jakob, Humphreys, "Physically Based Rendering", 4th ed., section 12.2.1.

@@ -26,10 +26,11 @@ pub(super) fn factor(temperature: &Option<Spanned<Finite>>, exposure: Option<Sto
     Ok(black_body(t.into()) * stops)
 }
 
-/// The colour of a black body of `t` K in linear Rec. 709, with a luminance of 1. Channels below 0, of which red-hot bodies have one, are 0.
+/// The colour of a black body of `t` K in linear Rec. 709, with a luminance of 1. Channels below 0, of
+/// which red-hot bodies have one, are 0.
 ///
-/// Planck's law, weighted by the colour matching functions of the CIE 1931 observer as they are approximated in Wyman, Sloan, Shirley,
-/// "Simple Analytic Approximations to the CIE XYZ Color Matching Functions", JCGT 2(2), 2013.
+/// Planck's law, weighted by the colour matching functions of the CIE 1931 observer as they are approximated in Wyman, Sloan,
+/// Shirley, "Simple Analytic Approximations to the CIE XYZ Color Matching Functions", JCGT 2(2), 2013.
 fn black_body(t: f64) -> Rgb {
     let mut xyz = [0.0; 3];
     for nm in (360..=830).step_by(5).map(f64::from) {

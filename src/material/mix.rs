@@ -19,9 +19,9 @@
 //! stripes = { a = 0, b = 1, width = 0.05 }
 //! ```
 //!
-//! The light that the surface reflects is the sum of both, weighted by their shares: each vertex of a path has one of the two, chosen
-//! at random by the factor. So where the factor is neither 0 nor 1, a picture needs more samples than with one material, with the
-//! `whitted` integrator as well. A component may be a mixture. Cryptomatte and `materialId` name the mixture.
+//! The light that the surface reflects is the sum of both, weighted by their shares: each vertex of a path has one of the two,
+//! chosen at random by the factor. So where the factor is neither 0 nor 1, a picture needs more samples than with one material,
+//! with the `whitted` integrator as well. A component may be a mixture. Cryptomatte and `materialId` name the mixture.
 //!
 //! Glass, emitters and materials with an opacity cannot be mixed.
 

@@ -173,8 +173,8 @@ pub trait MaterialKind {
         false
     }
 
-    /// Whether its BSDF reflects light from all directions. One that has but mirror images, or lets light through, is left out
-    /// by blocks of light samples.
+    /// Whether blocks of light samples hold its surfaces. Only glass and mirrors return `false`: where they need light samples,
+    /// these are drawn one by one.
     fn is_lit(&self) -> bool {
         true
     }

@@ -101,11 +101,12 @@ impl HeightMap {
             }
     }
 
-    /// The normal of the surface with heights, relative to that without. It is unchanged where the surface has no texture coordinates.
+    /// The normal of the surface with heights, relative to that without. It is unchanged where the
+    /// surface has no texture coordinates.
     ///
-    /// Heights lift the surface in the object's own space, before its transform: the tangents of the lifted surface in the scene are
-    /// `dpdu + hu axis` and `dpdv + hv axis`, where `hu` and `hv` are the derivatives of the height. Their cross product has the
-    /// direction of the normal.
+    /// Heights lift the surface in the object's own space, before its transform: the tangents of the lifted surface in the
+    /// scene are `dpdu + hu axis` and `dpdv + hv axis`, where `hu` and `hv` are the derivatives of the height. Their cross
+    /// product has the direction of the normal.
     pub fn relief(&self, textures: &Textures<'_>, at: &TexturePoint, surface: &SurfaceOfHeights) -> Relief {
         let &SurfaceOfHeights { dpdu, dpdv, axis } = surface;
         let normal = dpdu.cross(dpdv);
@@ -146,7 +147,8 @@ pub struct SurfaceOfHeights {
     /// The derivatives of the point with respect to u and v.
     pub dpdu: Vec3,
     pub dpdv: Vec3,
-    /// The image of the unit normal in the object's own space. It is not perpendicular to the surface where a transform shears the object.
+    /// The image of the unit normal in the object's own space. It is not perpendicular to the surface
+    /// where a transform shears the object.
     pub axis: Vec3,
 }
 

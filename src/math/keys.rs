@@ -41,7 +41,8 @@ pub enum KeysError {
 pub struct Keys {
     /// Rising, in s. Of equal ones the last counts.
     times: Arc<[f32]>,
-    /// The numbers of the keys, `width` for each; with [`KeyInterp::CubicSpline`] the slope before it, the numbers, and the slope after it.
+    /// The numbers of the keys, `width` for each; with [`KeyInterp::CubicSpline`] the slope before it, the
+    /// numbers, and the slope after it.
     numbers: Vec<f32>,
     width: usize,
     interp: KeyInterp,

@@ -1,7 +1,7 @@
 //! Loops on the threads of the current rayon pool.
 //!
-//! All of them share one instance of rayon's code. A parallel iterator is several kilobytes of code wherever one stands, so they are
-//! for loops that take most of a picture's time, for reductions and for sorts.
+//! All of them share one instance of rayon's code. A parallel iterator is several kilobytes of code wherever one stands, so they
+//! are for loops that take most of a picture's time, for reductions and for sorts.
 
 use std::sync::{Mutex, PoisonError};
 

@@ -1,7 +1,7 @@
 //! Sorting of lists that are short, or sorted once.
 //!
-//! All lists share one instance of a stable sort, of their indices. The sorts of slices are 6 kB of code for every type and order, so they
-//! are for lists that are long or sorted often.
+//! All lists share one instance of a stable sort, of their indices. The sorts of slices are 6 kB of code for every type and order,
+//! so they are for lists that are long or sorted often.
 
 use std::cmp::Ordering;
 

@@ -1,10 +1,11 @@
 //! Atomic files: whole or absent, whenever the process or the machine stops.
 //!
 //! The bytes are written to a hidden temporary file in the target's folder, synchronised to disk, and renamed to the target; the
-//! folder is synchronised last. Several files may go through these steps together ([`put`]). An existing file stays unchanged until then. The new file has the permissions of the process's
-//! umask. A symbolic link is followed: the file is replaced, not the link.
+//! folder is synchronised last. Several files may go through these steps together ([`put`]). An existing file stays unchanged until
+//! then. The new file has the permissions of the process's umask. A symbolic link is followed: the file is replaced, not the link.
 //!
-//! A temporary file is held (see `held`) as long as its process lives. Another one was left by a killed process, and [`check`] removes it.
+//! A temporary file is held (see `held`) as long as its process lives. Another one was left by a killed
+//! process, and [`check`] removes it.
 
 use std::{
     fs::{self, File, OpenOptions},
@@ -38,7 +39,8 @@ const MAX_SYNC_THREADS: usize = 16;
 const PATIENCE: Duration = Duration::from_secs(2);
 const POLL: Duration = Duration::from_millis(50);
 
-/// Writes the output of `encode` to `path`, in an existing folder. On an error an old file stays, and the temporary file is removed.
+/// Writes the output of `encode` to `path`, in an existing folder. On an error an old file stays,
+/// and the temporary file is removed.
 pub fn write<T>(
     path: &Path,
     encode: impl FnOnce(&mut dyn NewFile) -> Result<T, EncodeError>,

@@ -75,8 +75,8 @@ pub struct PixelDisplay {
 }
 
 impl PixelDisplay {
-    /// The display of a pass: light times `2^exposure`, mapped by `transform`; distances and counts times the same factor; other data
-    /// unscaled. Light of another working space is converted to Rec. 709 first, and negative channels become 0.
+    /// The display of a pass: light times `2^exposure`, mapped by `transform`; distances and counts times the same factor; other
+    /// data unscaled. Light of another working space is converted to Rec. 709 first, and negative channels become 0.
     pub fn new(display: Display, transform: DisplayTransform, exposure: f32, working_space: WorkingSpace) -> Self {
         let (curve, scaled): (Curve, _) = match display {
             Display::Light => (transform.curve(), true),
@@ -131,8 +131,8 @@ impl PixelDisplay {
         self.shown(channels).map(encode)
     }
 
-    /// The dithered 8-bit display values of a pixel: a value is rounded up if its fraction is above `chances`, from 0 to 1. Values
-    /// that 8 bits represent exactly do not change.
+    /// The dithered 8-bit display values of a pixel: a value is rounded up if its fraction plus its number in `chances`, from 0 to
+    /// 1, is at least 1, else down. Values that 8 bits represent exactly do not change where that number is below 1.
     pub fn rgb8_dithered(&self, channels: [f32; 3], chances: [f32; 3]) -> [u8; 3] {
         let codes = self.rgb16(channels).map(|v| f32::from(v) / 257.0);
         std::array::from_fn(|i| (codes[i] + chances[i]).floor().min(255.0) as u8)

@@ -1,4 +1,4 @@
-//! Why a file was not written.
+//! Errors of writing files, and whether they also concern other files.
 
 use std::{
     io,
@@ -8,13 +8,13 @@ use std::{
 /// What keeps a file from being created.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Obstacle {
-    /// What is at its path.
+    /// What is at its path, such as a folder.
     File,
     /// Its folder, in which no other file can be created either.
     Folder,
 }
 
-/// Why a file was not written.
+/// An error that kept a file from being written.
 #[derive(Debug, thiserror::Error)]
 pub enum OutputError {
     /// The file cannot be created.
@@ -44,7 +44,8 @@ impl OutputError {
         }
     }
 
-    /// Whether all other frames would fail too: of the disk, or of the folder.
+    /// Whether all other frames would fail too: the disk is full or read-only, or no file can be created in the folder and another
+    /// attempt would not help.
     pub fn ends_the_job(&self) -> bool {
         let is_of_folder = matches!(
             self,

@@ -1,5 +1,5 @@
-//! OpenEXR: scanline or tiled files, with one part or several. This module compresses blocks with ZIPS, ZIP and not at all; codecs of
-//! the `exr` crate do RLE, PIZ and DWAA.
+//! OpenEXR: scanline or tiled files, with one part or several. This module compresses blocks with ZIPS, ZIP and not at all; codecs
+//! of the `exr` crate do RLE, PIZ and DWAA.
 //!
 //! The same image gives the same bytes: attributes and channels are sorted by name, blocks are compressed by all threads but
 //! written in order, and nothing depends on the time. Halves are rounded to the nearest, ties to even, after numbers beyond

@@ -75,8 +75,8 @@ impl<'a> FrameImage<'a> {
 /// sequence have the same channels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Coverage {
-    /// The background is visible, so that alpha is 1 everywhere, or the picture has surfaces that alpha leaves out: formats for displays
-    /// have none.
+    /// The background is visible, so that alpha is 1 everywhere, or the picture has surfaces that alpha leaves
+    /// out: formats for displays have none.
     Full,
     /// Pixels may be empty.
     Partial,

@@ -64,8 +64,8 @@ fn open(options: &mut OpenOptions, path: &Path) -> io::Result<File> {
         .open(path)
 }
 
-/// Removes the files of a folder with these beginnings and endings of names which no process holds, and those with the mark of another
-/// system that have not changed for a day.
+/// Removes the files of a folder with these beginnings and endings of names which no process holds, and those with the mark of
+/// another system that have not changed for a day.
 pub fn remove_abandoned(folder: &Path, prefix: &str, suffix: &str) {
     let Ok(entries) = fs::read_dir(folder) else { return };
     for entry in entries.flatten() {

@@ -1,7 +1,7 @@
 //! Job files: a running job lists the files that it writes, so that two jobs do not write the same file.
 //!
-//! A job file is held (see `held`) as long as its process lives, and removed at the end or by the next job. It is a hidden temporary file in
-//! the folder of the pictures, see [`atomic`](super::atomic).
+//! A job file is held (see `held`) as long as its process lives, and removed at the end or by the next job. It is a hidden
+//! temporary file in the folder of the pictures, see [`atomic`](super::atomic).
 
 use std::{
     fs::{self, File, OpenOptions},

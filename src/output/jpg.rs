@@ -1,7 +1,7 @@
 //! JPEG: pictures for displays, with 8 bits per channel, over black.
 //!
-//! Colours have the full resolution, and the quality is 95 of 100 unless another is given. The texts of PNG files are comments, each a keyword, a zero byte
-//! and a value. The same picture has the same bytes everywhere.
+//! Colours have the full resolution, and the quality is 95 of 100 unless another is given. The texts of PNG files are comments,
+//! each a keyword, a zero byte and a value. The same picture has the same bytes everywhere.
 
 use std::{
     io::{self, BufReader, Read, Seek, SeekFrom, Write},

@@ -14,8 +14,9 @@ pub const NO_EYE: &str = "{eye} is the eye of --stereo, which is missing, or put
 /// The fields. In double braces, as `{{eye}}`, they stand for themselves in a pattern.
 const FIELDS: [&str; 2] = [SCENE, EYE];
 
-/// Puts names into a pattern of files, as `("{scene}", "car#1")`. A name is taken literally: in the name of the file, its characters are
-/// written so that none belongs to a field for the frame's number, and fields in it are not replaced. A name may have folders.
+/// Puts names into a pattern of files, as `("{scene}", "car#1")`. A name is taken literally: in the name of the file,
+/// its characters are written so that none belongs to a field for the frame's number, and fields in it are not
+/// replaced. A name may have folders.
 pub fn with_names(pattern: &str, names: &[(&str, &str)]) -> String {
     let mut pieces = pieces(pattern, names);
     for piece in &mut pieces {

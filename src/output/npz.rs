@@ -2,8 +2,8 @@
 //!
 //! A file is a ZIP archive of `.npy` files, as `numpy.savez` writes them. Its first array, `metadata`, is a JSON text with the
 //! attributes of EXR files, and the names of mattes. Light and other measures are 32-bit floats and whole numbers are
-//! `uint32`; every bit is kept. The same image gives the same bytes. The seal is a field of the first member's header, which readers
-//! skip. A crop is an array of its own size, with its window in the metadata.
+//! `uint32`; every bit is kept. The same image gives the same bytes. The seal is a field of the first member's header, which
+//! readers skip. A crop is an array of its own size, with its window in the metadata.
 
 mod array;
 mod file;

@@ -34,8 +34,8 @@ const HEAD: usize = 1 << 16;
 /// The bytes from which on a thread of their own hashes them: it starts in less time than these take.
 const LARGE: usize = 1 << 20;
 
-/// The most bytes that are written at once. Linux may take ten times as long for parts of some megabytes: it asks for large pages of its
-/// cache then.
+/// The most bytes that are written at once. Linux may take ten times as long for parts of some megabytes: it asks
+/// for large pages of its cache then.
 const PART: usize = 1 << 18;
 
 /// The bytes that are read at once.

@@ -39,14 +39,14 @@ pub trait Interrupts: Sync {
     /// Whether [`PartialFrame::state`] will be called; then the accumulators of finished tiles are kept.
     fn keep_state(&self) -> bool;
 
-    /// The state of an earlier render of the same frame, which was unfinished or had fewer samples, or of the range of its samples with
-    /// this number from 0.
+    /// The state of an earlier render of the same frame, which was unfinished or had fewer samples, or of the range of its
+    /// samples with this number from 0.
     fn earlier_state(&self, _range: Option<u32>) -> Option<Vec<u8>> {
         None
     }
 
-    /// Is told that samples cannot be added to those of [`earlier_state`](Self::earlier_state) as one render adds them, so that the frame
-    /// starts without them.
+    /// Is told that samples cannot be added to those of [`earlier_state`](Self::earlier_state) as one render adds them, so
+    /// that the frame starts without them.
     fn earlier_state_is_left(&self) {}
 
     /// Receives the frame with all its samples, if it [keeps the state](Self::keep_state).

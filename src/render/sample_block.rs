@@ -49,8 +49,8 @@ impl SampleBlock<'_> {
         }
     }
 
-    /// The key of the sample with this index in the wave. Those beyond the samples, of which shadow catchers have two radiances, have the
-    /// keys of the first ones again.
+    /// The key of the sample with this index in the wave. Those beyond the samples, of which shadow catchers have two radiances,
+    /// have the keys of the first ones again.
     #[inline]
     pub fn key(&self, settings: &Settings, index: u32) -> SampleKey {
         let block = match self {

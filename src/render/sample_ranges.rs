@@ -1,7 +1,8 @@
 //! Ranges of the samples of a frame, which several machines render.
 //!
-//! The samples `0..n` are divided into ranges of nearly the same length. The sums of each are added for themselves, and then the sums of
-//! the ranges in their order, wherever they were rendered: so all machines together make the bits of one that renders all ranges.
+//! The samples `0..n` are divided into ranges of nearly the same length. The sums of each are added for themselves,
+//! and then the sums of the ranges in their order, wherever they were rendered: so all machines together make the
+//! bits of one that renders all ranges.
 
 use std::{fmt, ops::Range, str::FromStr};
 

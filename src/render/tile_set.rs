@@ -104,7 +104,8 @@ impl TileSet {
         }
     }
 
-    /// The state of a frame with this budget as bytes; `elapsed` is the rendering time so far. The sums of all samples must be present.
+    /// The state of a frame with this budget as bytes; `elapsed` is the rendering time so far. The
+    /// sums of all samples must be present.
     pub fn state(&self, budget: &SampleBudget, elapsed: Duration) -> Vec<u8> {
         let mut out = Vec::new();
         out.extend([self.side, budget.max].map(u32::to_le_bytes).as_flattened());
@@ -122,8 +123,8 @@ impl TileSet {
         out
     }
 
-    /// The tiles of a frame with this state, and their rendering time; `None` if the bytes are not such a state, or if it has another
-    /// number of samples and moves or cannot be [extended](Self::extend).
+    /// The tiles of a frame with this state, and their rendering time; `None` if the bytes are not such a state, or if it has
+    /// another number of samples and moves or cannot be [extended](Self::extend).
     pub fn from_state(
         (settings, budget): (&Settings, &SampleBudget),
         (layout, moves): (&AccumulatorLayout, bool),
@@ -172,8 +173,8 @@ impl TileSet {
         }
     }
 
-    /// Makes tiles of a smaller budget those of a larger one after the same samples. `None` if these are not the samples that it begins
-    /// with, in their order, or if they are divided into other halves.
+    /// Makes tiles of a smaller budget those of a larger one after the same samples. `None` if these are not the samples that it
+    /// begins with, in their order, or if they are divided into other halves.
     fn extend(&mut self, earlier: &SampleBudget, budget: &SampleBudget, is_by_halves: bool) -> Option<()> {
         let is_swept = self.sweep.is_some() || self.tiles.iter().any(|tile| tile.moments > 0);
         if is_swept || earlier.max > budget.max {

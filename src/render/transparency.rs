@@ -1,9 +1,9 @@
-//! Surfaces that rays pass: by their opacity, because their object is hidden from the ray, because the ray meets a back that is
-//! culled, because a medium of higher priority fills the space, or because they do not refract.
+//! Surfaces that rays pass on a straight line.
 //!
-//! A path passes a surface with a probability of one minus its opacity; depth, random numbers and ray stay the same. A shadow ray
-//! is attenuated by all surfaces that it passes, and by the media between them. Scenes without such surfaces have no
-//! overhead.
+//! A ray passes a surface whose object is hidden from it, a back that is culled, and a surface in a medium of higher priority. A
+//! path passes any other surface with a probability of one minus its opacity; its depth, its direction and its other random numbers
+//! stay the same. A shadow ray is attenuated by the opacity of the surfaces that it passes, and by the media between them. It also
+//! passes surfaces that do not refract it, with their transmittance. Scenes without such surfaces have no overhead.
 
 use std::collections::HashMap;
 
@@ -171,7 +171,8 @@ fn behind(scene: &Scene, media: MediumStack, ray: &Ray, hit: &Hit) -> MediumStac
     scene.media_behind(media, material, inwards)
 }
 
-/// Computes the transmittance along shadow rays, 0 for blocked ones. Only those that meet a surface are traced. Returns the number of traced rays.
+/// Computes the transmittance along shadow rays, 0 for blocked ones. Only those that meet a surface are traced.
+/// Returns the number of traced rays.
 pub(super) fn transmittance(
     scene: &Scene,
     shadow: PassingShadowRays<'_>,

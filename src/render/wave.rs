@@ -34,8 +34,8 @@ use crate::{
 /// The most paths that are continued together, where vertices spawn several rays.
 const MAX_PATHS: usize = 4 * WAVE_SIZE;
 
-/// The number of vertices that are shaded together: many for what is done once a batch, and few enough for the second cache. Half and an
-/// eighth of it take 2 and 6 % longer.
+/// The number of vertices that are shaded together: many for what is done once a batch, and few enough for the second cache. Half
+/// and an eighth of it take 2 and 6 % longer.
 const SHADE_BATCH: usize = 256;
 
 /// The arrays of a wave; their memory is reused from tile to tile.

@@ -283,8 +283,8 @@ fn second_coordinate_reversed(index: u32) -> u32 {
 /// The third coordinate of the Sobol point `index`, its bits reversed, that is its first bit lowest.
 ///
 /// The index is a polynomial over GF(2), and its digits in base `p = x^2 + x + 1`, two bits each, are those of the coordinate. As
-/// `p^s = x^2s + x^s + 1` for powers of two, each step divides blocks of 4s bits by `p^s`: of the quarters h, g, b, a of a block, the
-/// highest first, the quotient is h, g + h and the remainder b + g, a + g + h.
+/// `p^s = x^2s + x^s + 1` for powers of two, each step divides blocks of 4s bits by `p^s`: of the quarters h, g, b, a of a block,
+/// the highest first, the quotient is h, g + h and the remainder b + g, a + g + h.
 #[inline]
 fn third_coordinate_reversed(index: u32) -> u32 {
     let mut v = index;

@@ -1,7 +1,7 @@
 //! The backs of surfaces: shaded as the fronts, black, or not there.
 //!
-//! A material has a setting, and an object may have one that wins over those of its materials. The back is the side that the geometric
-//! normal does not point to, whatever shading normals say.
+//! A material has a setting, and an object may have one that wins over those of its materials. The back is the side that the
+//! geometric normal does not point to, whatever shading normals say.
 
 use serde::Deserialize;
 

@@ -1,8 +1,8 @@
 //! Rays that leave a shape where another one touches it.
 //!
-//! Rays leave surfaces from an origin that is offset by a bound of the rounding error. Where another surface is nearer than that, the
-//! origin may lie behind it, and light would leak through a closed room. There a ray starts at its own surface instead, at a `tmin`
-//! below 0: the line is the same, and the surface between is hit.
+//! Rays leave surfaces from an origin that is offset by a bound of the rounding error. Where another surface is nearer than that,
+//! the origin may lie behind it, and light would leak through a closed room. There a ray starts at its own surface instead, at a
+//! `tmin` below 0: the line is the same, and the surface between is hit.
 //!
 //! Only flat shapes in a plane of two axes are found as the surfaces that touch others. Their contacts with a shape are thin boxes,
 //! which few hits lie in. Shapes that are flat on the same axis do not touch: one may lie on the other.
@@ -20,8 +20,8 @@ const MARGIN: f32 = 64.0 * f32::EPSILON;
 /// The most pairs of shapes that are compared; scenes of more have no contacts.
 const MOST_PAIRS: usize = 100_000_000;
 
-/// The fraction of the offset beyond its own surface at which a ray starts. Surfaces nearer to the own one, such as those in the same
-/// plane, are not hit.
+/// The fraction of the offset beyond its own surface at which a ray starts. Surfaces nearer to the own one, such as
+/// those in the same plane, are not hit.
 const APART: f32 = 1e-3;
 
 /// The largest part of a ray before its origin, in offsets of it; more grazing rays start at their origin.
@@ -164,8 +164,8 @@ impl Contacts {
         }
     }
 
-    /// The directions towards the shapes that touch `shape` at `p`, seen from `wo`: the sign on each axis, 0 for none. `None` without
-    /// a contact.
+    /// The directions towards the shapes that touch `shape` at `p`, seen from `wo`: the sign on each axis, 0
+    /// for none. `None` without a contact.
     #[inline]
     fn towards(&self, shape: usize, p: Vec3, wo: Vec3) -> Option<Vec3> {
         let is_in = |zone: &&Zone| p.cmpge(zone.bounds.min).all() && p.cmple(zone.bounds.max).all();

@@ -328,8 +328,8 @@ pub(super) fn shape_point(transform: Option<&Transform>, p: Vec3, n: Vec3) -> Te
     }
 }
 
-/// Returns the texture point of the place `p` with the normal `ng` on a triangle of a mesh, at the weights `u` and `v` of the last two
-/// of its corners, which are these `vertices`.
+/// Returns the texture point of the place `p` with the normal `ng` on a triangle of a mesh, at the weights `u` and `v` of the last
+/// two of its corners, which are these `vertices`.
 pub(super) fn texture_point(
     mesh: &MeshRecord,
     vertices: [u32; 3],

@@ -35,7 +35,8 @@ pub struct SceneGeometry {
     pub nodes: Vec<NodeName>,
     /// The nodes of objects that have their names and numbers whether they are seen or not.
     pub named_nodes: Vec<(ObjectId, NodeId)>,
-    /// The objects that are not visible and their nodes, in the order that they would have otherwise. They keep their mattes and numbers.
+    /// The objects that are not visible and their nodes, in the order that they would have otherwise.
+    /// They keep their mattes and numbers.
     pub hidden: Vec<(ObjectId, Option<NodeId>)>,
     pub contacts: Contacts,
 }
@@ -136,8 +137,8 @@ impl ShadingUpdate {
 }
 
 impl SceneShading {
-    /// Creates the shading from materials with their names and given normal maps, analytic lights with their profiles, light groups and
-    /// light links.
+    /// Creates the shading from materials with their names and given normal maps, textures with their bitmaps, analytic lights with
+    /// their profiles, light groups and light links, and the background.
     pub fn new(
         (material_names, materials, given_normal_maps): (Vec<String>, Vec<Material>, Vec<Option<NormalMap>>),
         (textures, bitmaps): (Vec<Texture>, Vec<Bitmap>),
@@ -288,8 +289,8 @@ impl SceneShading {
         self.has_mixtures
     }
 
-    /// The material that is shaded at a point for `material`: where that is a mixture, one of its materials, chosen by a random number
-    /// in `[0, 1)`.
+    /// The material that is shaded at a point for `material`: where that is a mixture, one of its materials,
+    /// chosen by a random number in `[0, 1)`.
     pub(crate) fn unmixed(&self, mut material: MaterialId, at: &TexturePoint, mut number: f32) -> MaterialId {
         while let Some(mixture) = self.material(material).mixture() {
             (material, number) = mixture.choose(&self.textures(), at, number);

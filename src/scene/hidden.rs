@@ -62,8 +62,8 @@ impl Scene {
         self.geometry.objects.iter().any(|object| object.role == role)
     }
 
-    /// Whether rays that surfaces scatter meet other objects than shadow rays do. Then light sampling alone finds what lights bring: the
-    /// two techniques look for different light.
+    /// Whether rays that surfaces scatter meet other objects than shadow rays do. Then light sampling alone finds what lights
+    /// bring: the two techniques look for different light.
     #[inline]
     pub fn samples_lights_only(&self) -> bool {
         self.samples_lights_only

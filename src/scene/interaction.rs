@@ -42,8 +42,8 @@ pub struct SurfaceInteraction {
     pub tangent: Vec4,
     /// Unit direction back along the ray.
     pub wo: Vec3,
-    /// The image in the scene of the unit normal in the object's own space, along which a unit of height lifts the surface. Unspecified
-    /// for constant materials, and in scenes whose materials have no heights.
+    /// The image in the scene of the unit normal in the object's own space, along which a unit of height lifts the surface.
+    /// Unspecified for constant materials, and in scenes whose materials have no heights.
     pub height_axis: Vec3,
     /// The texture point, in the object's own space; for constant materials only `uv` and the curvature are set.
     pub texture: TexturePoint,
@@ -157,8 +157,8 @@ impl SurfaceInteraction {
         }
     }
 
-    /// Resets the fields that shading reads of every surface but not every hit sets: interactions are reused, and stale values would
-    /// show.
+    /// Resets the fields that shading reads of every surface but not every hit sets: interactions are
+    /// reused, and stale values would show.
     #[inline(always)]
     pub(super) fn clear_parameters(&mut self) {
         (self.dpdu, self.dpdv, self.tangent) = (Vec3::ZERO, Vec3::ZERO, Vec4::ZERO);
@@ -173,8 +173,8 @@ impl SurfaceInteraction {
         (self.ray_origins, self.frame) = (view.ray_origins, view.frame);
     }
 
-    /// Sets the footprint for texture filtering, from the width of the ray cone in m. The material's pictures have mostly `picture_size`
-    /// texels.
+    /// Sets the footprint for texture filtering, from the width of the ray cone in m. The material's pictures
+    /// have mostly `picture_size` texels.
     ///
     /// The cone intersects the surface in an ellipse, stretched by 1/cos along the projection of the ray.
     pub fn set_footprint(&mut self, width: f32, picture_size: Option<Vec2>) {

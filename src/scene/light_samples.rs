@@ -148,8 +148,9 @@ impl Scene {
     }
 
     /// Samples the finite lights and the suns for each of these surfaces, with the results of
-    /// [`Lights::choose`](super::Lights::choose) and [`Scene::sample_light`] on the viewer's side. Transmitting surfaces are left out.
-    /// `to` has started with this scene, see [`LightSamples::start`].
+    /// [`Lights::choose`](super::Lights::choose) and [`Scene::sample_light`] on the viewer's side. Surfaces of materials that are
+    /// not lit are left out, see [`MaterialKind::is_lit`](crate::material::MaterialKind::is_lit). `to` has started with this
+    /// scene, see [`LightSamples::start`].
     pub fn sample_lights(
         &self,
         on: impl Dispatch,

@@ -320,8 +320,8 @@ impl Scene {
         self.fill_from_any_shape(geometry, index, (ray, hit, flat), surface, needs_texture)
     }
 
-    /// Does what [`Scene::fill_from_shape`] does after object and material are set, for all shapes and textures; `flat` is the place on a
-    /// parallelogram.
+    /// Does what [`Scene::fill_from_shape`] does after object and material are set, for all shapes and textures; `flat`
+    /// is the place on a parallelogram.
     #[inline(never)]
     fn fill_from_any_shape(
         &self,

@@ -44,9 +44,9 @@
 //! | `.stl` | text and bytes: triangles with the colours of facets (VisCAM's and Magics' bits), shaded flat |
 //! | `.obj.gz`, `.ply.gz`, `.stl.gz` | the same, packed: to at most 2 GiB and 1024 times the size of the file |
 //!
-//! **Unlit surfaces of glTF files** (KHR_materials_unlit) have their colour, times that of their vertices, for the camera, in mirrors
-//! and through glass. They light nothing, as in Blender and in three.js. Surfaces with `doubleSided = false` are seen from behind
-//! as well, as in Cycles, unless the object has `back_faces = "file"`: inverted hulls, which draw outlines, need it.
+//! **Unlit surfaces of glTF files** (KHR_materials_unlit) have their colour, times that of their vertices, for the camera, in
+//! mirrors and through glass. They light nothing, as in Blender and in three.js. Surfaces with `doubleSided = false` are seen from
+//! behind as well, as in Cycles, unless the object has `back_faces = "file"`: inverted hulls, which draw outlines, need it.
 //!
 //! **Lights of glTF files** move with the object, and belong to its light group. Their numbers are photometric by the format:
 //! candela, and lux of a sun. Blender makes these of watts, at 683 lm/W, and its importer divides by 683 again. Most other programs
@@ -61,13 +61,14 @@
 //! Where the exporter of Blender was told to write other lighting than `Standard`, choose `"unitless"`. Between the cones of a
 //! spot light falls by a smoothstep over the cosine, as in three.js; the soft edge of a spot of Blender is as wide as in Cycles.
 //!
-//! **Animations of glTF files** are played as frames go by: frame n is at n divided by the frame rate, in s, as Blender exports it. Before `start`
-//! and after the last key the pose is held. An animation without a name has its number in the file, from 0; one whose name another one has
-//! already is `Walk#2`. Animations that move the same thing cannot be played together. See [animation](../../animation.md).
+//! **Animations of glTF files** are played as frames go by: frame n is at n divided by the frame rate, in s, as Blender exports it.
+//! Before `start` and after the last key the pose is held. An animation without a name has its number in the file, from 0; one
+//! whose name another one has already is `Walk#2`. Animations that move the same thing cannot be played together. See
+//! [animation](../../animation.md).
 //!
-//! **Subdivision** makes a smooth surface of a coarse mesh. The rules are those of OpenSubdiv, and the vertices are on its limit surface, as
-//! Blender's are. `subdivide = 2` or `3` is usual: each level has four times the triangles of the one before. A job that has no memory for
-//! them ends before they are made, and says how many they would be; `check` tells what there are.
+//! **Subdivision** makes a smooth surface of a coarse mesh. The rules are those of OpenSubdiv, and the vertices are on its limit
+//! surface, as Blender's are. `subdivide = 2` or `3` is usual: each level has four times the triangles of the one before. A job
+//! that has no memory for them ends before they are made, and says how many they would be; `check` tells what there are.
 //!
 //! ```toml
 //! [[object]]
@@ -75,20 +76,21 @@
 //! shape.mesh = { file = "cube.obj", subdivide = 3 }
 //! ```
 //!
-//! - `"catmull-clark"` is for polygons, which OBJ and PLY files keep; glTF and STL files have triangles, for which `"loop"` is made.
-//!   `"linear"` leaves faces where they are.
+//! - `"catmull-clark"` is for polygons, which OBJ and PLY files keep; glTF and STL files have triangles, for which `"loop"` is
+//!   made. `"linear"` leaves faces where they are.
 //! - Vertices at the same position are one, where they belong to one mesh of a glTF file or to one object of an OBJ file. So seams
 //!   of texture coordinates and borders of materials do not tear.
-//! - Open edges become smooth curves, so that a square becomes round; `boundary = "corners"` keeps its corners. Edges of three and more faces,
-//!   and those whose faces point to opposite sides, are creases.
-//! - Normals of the file are not used. Texture coordinates are smoothed as positions are, but for seams and boundaries, which stay; colours are
-//!   interpolated linearly.
+//! - Open edges become smooth curves, so that a square becomes round; `boundary = "corners"` keeps its corners. Edges of three and
+//!   more faces, and those whose faces point to opposite sides, are creases.
+//! - Normals of the file are not used. Texture coordinates are smoothed as positions are, but for seams and boundaries, which stay;
+//!   colours are interpolated linearly.
 //! - Meshes that an animation deforms cannot be subdivided. Those that move as a whole can.
 //!
-//! **Displacement** moves every vertex along its smooth normal by `scale` times the height less `midlevel`. `height` is a number or a channel
-//! of a texture, `"texture.NAME"` or `"texture.NAME.g"`, red by default. It is read by the first texture coordinates of the mesh, or with
-//! the mapping `object` or `planar` by the place in the model. `scale` is 1 and `midlevel` 0 where nothing else is given. Lengths
-//! are those of the mesh in the file, before all transforms, also those of the nodes of a glTF file. Normals are those of the displaced triangles.
+//! **Displacement** moves every vertex along its smooth normal by `scale` times the height less `midlevel`. `height` is a number or
+//! a channel of a texture, `"texture.NAME"` or `"texture.NAME.g"`, red by default. It is read by the first texture coordinates of
+//! the mesh, or with the mapping `object` or `planar` by the place in the model. `scale` is 1 and `midlevel` 0 where nothing else
+//! is given. Lengths are those of the mesh in the file, before all transforms, also those of the nodes of a glTF file. Normals are
+//! those of the displaced triangles.
 //!
 //! ```toml
 //! [texture.rocks]
@@ -99,14 +101,15 @@
 //! shape.mesh = { file = "ground.obj", subdivide = 7, subdivision = "linear", displacement = { height = "texture.rocks", scale = 0.2, midlevel = 0.5 } }
 //! ```
 //!
-//! - Heights are read at the vertices, without a filter: as many vertices as the picture has texels show all of it. A square of `subdivide = 8`
-//!   has 257 along a side.
-//! - A height is a number or a texture that reads no other ones: not `mix`, `multiply`, `ramp`, `invert` or `remap`, nor a texture with a `warp` by
-//!   another one. Render such a texture to a picture first.
+//! - Heights are read at the vertices, without a filter: as many vertices as the picture has texels show all of it. A square of
+//!   `subdivide = 8` has 257 along a side.
+//! - A height is a number or a texture that reads no other ones: not `mix`, `multiply`, `ramp`, `invert` or `remap`, nor a texture
+//!   with a `warp` by another one. Render such a texture to a picture first.
 //! - Pictures of heights are data: `color_space = "raw"`. Those of 8 bits have steps; take 16 bits or EXR.
 //! - A flat mesh stays where it is with `subdivision = "linear"`; the others move its boundary.
 //! - Where texture coordinates have a seam, vertices take the mean of the heights on both sides, so that it does not tear.
-//! - All objects of one file with one displacement have one mesh. A `scale` that changes over frames makes it anew for each of them.
+//! - All objects of one file with one displacement have one mesh. A `scale` that changes over
+//!   frames makes it anew for each of them.
 //!
 //! The loader reads these statements of MTL files:
 //!
@@ -123,10 +126,10 @@
 //! | `Pr`, `Pm`, `Ps`, `Pc`, `Pcr`, `aniso`, `anisor` and their textures | roughness and metal (`Ks` does not count then), sheen, clear coat, anisotropy |
 //! | `-s`, `-o`, `-mm`, `-clamp`, `-imfchan`, `-bm` | factor and offset of texture coordinates, factor of the texture, no repetition, channel, strength of `norm` and `bump` |
 //!
-//! Of opacities `d` counts before `Tr`, which is 1 - `d`. `Tr 1` of all materials of a textured model without `d` is read as opaque, as
-//! programs of photogrammetry mean it, with a warning. A picture has its alpha as opacity, or its first channel where it has none.
-//! Shading normals of `bump` are those of a surface that is raised by the texture's luminance (or the channel of `-imfchan`) times
-//! `-bm`, in the model's unit of length.
+//! Of opacities `d` counts before `Tr`, which is 1 - `d`. `Tr 1` of all materials of a textured model without `d` is read as
+//! opaque, as programs of photogrammetry mean it, with a warning. A picture has its alpha as opacity, or its first channel where it
+//! has none. Shading normals of `bump` are those of a surface that is raised by the texture's luminance (or the channel of
+//! `-imfchan`) times `-bm`, in the model's unit of length.
 //!
 //! Not rendered are displacement (`disp`), `decal`, `refl`, the base of `-mm`, and the points of OBJ files. A missing library or
 //! texture is a warning; the surface is rendered without it. Colours of vertices multiply those of the material, white where there

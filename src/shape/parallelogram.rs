@@ -87,8 +87,8 @@ impl Parallelogram {
         }
     }
 
-    /// Bound on the distance between the plane and any place where a ray meets the triangles; in world space if there is a transform to
-    /// it.
+    /// Bound on the distance between the plane and any place where a ray meets the triangles; in world
+    /// space if there is a transform to it.
     #[inline]
     pub fn plane_error(&self, t: Option<&Transform>) -> f32 {
         t.map_or(self.plane_error, |t| {
@@ -103,8 +103,8 @@ impl Parallelogram {
     }
 }
 
-/// The point of the plane through `corner` that is nearest to `p`, and not beyond the edges of a wall along two axes. It is as precise
-/// as `p`, which parameters of a large floor are not.
+/// The point of the plane through `corner` that is nearest to `p`, and not beyond the edges of a wall along two axes. It is as
+/// precise as `p`, which parameters of a large floor are not.
 #[inline(always)]
 fn on_plane(p: Vec3, corner: Vec3, ng: Vec3, bounds: &Aabb) -> Vec3 {
     (p + ng * (corner - p).dot(ng)).clamp(bounds.min, bounds.max)
@@ -117,8 +117,8 @@ fn point_error([a, b, c, d]: [Vec3; 4]) -> Vec3 {
     sum * gamma(4) + (c - b - f).abs() + sum.max_element() * LEAST_ERROR
 }
 
-/// Bound on the distance between the plane and the place where a ray from `p`, a point on it, meets the triangles: the larger one of the
-/// two, since a ray from one may be tested against the other.
+/// Bound on the distance between the plane and the place where a ray from `p`, a point on it, meets the triangles: the larger one
+/// of the two, since a ray from one may be tested against the other.
 fn plane_error_at([a, b, c, d]: [Vec3; 4], p: Vec3) -> f32 {
     let twice_area = (b - a).cross(d - a).length();
     let of = |triangle| triangle::plane_error(triangle, p, twice_area);

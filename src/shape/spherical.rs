@@ -7,8 +7,8 @@
 //!
 //! Source: Arvo, "Stratified Sampling of Spherical Triangles", SIGGRAPH 1995,
 //! doi:10.1145/218380.218500, in the form of Peters, "BRDF Importance Sampling for Polygonal Lights",
-//! ACM Transactions on Graphics 40(4), 2021, doi:10.1145/3450626.3459672; for the solid angle Van Oosterom and Strackee, "The Solid Angle of a
-//! Plane Triangle", IEEE Trans. Biomed. Eng. 30(2), 1983, doi:10.1109/TBME.1983.325207.
+//! ACM Transactions on Graphics 40(4), 2021, doi:10.1145/3450626.3459672; for the solid angle Van Oosterom and Strackee, "The Solid
+//! Angle of a Plane Triangle", IEEE Trans. Biomed. Eng. 30(2), 1983, doi:10.1109/TBME.1983.325207.
 
 use std::f64::consts::TAU;
 

@@ -1,5 +1,5 @@
-//! The SIMD level of processors with AVX-512 (F and VL alone, see [`dispatch`](super::dispatch)): sixteen floats per register, and mask
-//! registers.
+//! The SIMD level of processors with AVX-512 (F and VL alone, see [`dispatch`](super::dispatch)): sixteen floats
+//! per register, and mask registers.
 //!
 //! Compaction of eight lanes uses the table of AVX2. The compress instruction (`vpcompressd`) and
 //! the move of its mask have a higher latency, which makes ray streams 5 to 20 % slower on Zen 5.

@@ -1,8 +1,8 @@
 //! Kernels and vector loops that are compiled for every SIMD level and dispatched at run time.
 //!
-//! AVX-512 is used without its extensions DQ and BW. Of a comparison that they allow to move to a mask, LLVM 22 makes an instruction that
-//! reaches the first sixteen registers alone, whichever register the vector is in: the code would read another one. Windows has
-//! few others that a function may use as it likes, and there pictures had wrong pixels. Source:
+//! AVX-512 is used without its extensions DQ and BW. Of a comparison that they allow to move to a mask, LLVM 22 makes an
+//! instruction that reaches the first sixteen registers alone, whichever register the vector is in: the code would read another
+//! one. Windows has few others that a function may use as it likes, and there pictures had wrong pixels. Source:
 //! <https://github.com/llvm/llvm-project/issues/191304>.
 
 #[cfg(target_arch = "aarch64")]

@@ -6,8 +6,8 @@
 const UNSEEN: f32 = 4.0;
 
 /// The part of a pattern's contrast that is left where a footprint of this width and length is averaged, in units of the size of
-/// its features. `falloff` is the rate at which the pattern's mean over a line loses contrast with the square of its length, fitted to
-/// means over many lines and rectangles. All of it is left at a point, and nothing where the footprint is NaN.
+/// its features. `falloff` is the rate at which the pattern's mean over a line loses contrast with the square of its length, fitted
+/// to means over many lines and rectangles. All of it is left at a point, and nothing where the footprint is NaN.
 #[inline]
 pub fn contrast([width, length]: [f32; 2], falloff: f32) -> f32 {
     let over_line = |length: f32| 1.0 / (1.0 + falloff * length * length);

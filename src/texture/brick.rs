@@ -81,7 +81,8 @@ struct Parts {
 }
 
 impl Parts {
-    /// The parts within an interval of this width around `x`, from 0 to 1 in its own brick; each brick has mortar of half of `gap` at both ends.
+    /// The parts within an interval of this width around `x`, from 0 to 1 in its own brick; each brick has
+    /// mortar of half of `gap` at both ends.
     fn of(x: f32, width: f32, gap: f32) -> Self {
         let [from, to] = [0.5 * gap, 1.0 - 0.5 * gap];
         if !width.is_finite() {

@@ -14,7 +14,8 @@ pub struct Nearest {
     pub hash: u32,
 }
 
-/// Shells of cells that are visited at most. Two points lie within 2.1 of every place, so a place with finite coordinates needs three.
+/// Shells of cells that are visited at most. Two points lie within 2.1 of every place, so a place
+/// with finite coordinates needs three.
 const MOST_CELLS: i32 = 4;
 
 /// Random numbers of a cell from 0 to below 1, one for each dimension.

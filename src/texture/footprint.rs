@@ -62,8 +62,8 @@ impl Footprint {
     }
 }
 
-/// The footprint at a point in the texels of all pictures of a size that lie on `uv` as it is. The pictures of a material mostly have one
-/// size.
+/// The footprint at a point in the texels of all pictures of a size that lie on `uv` as it is. The pictures of
+/// a material mostly have one size.
 #[derive(Clone, Copy, Debug)]
 pub struct SharedFootprint {
     /// The size in texels; zero for none.

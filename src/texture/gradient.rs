@@ -12,8 +12,8 @@
 //! mapping.object = { scale = 20, rotate = [90, 0, 0] }
 //! ```
 //!
-//! With a mapping to three coordinates, `radial` makes tubes around the third axis and `spherical` makes shells. On average a repeated or
-//! mirrored linear gradient is 0.5. It is averaged over what a ray sees of the surface.
+//! With a mapping to three coordinates, `radial` makes tubes around the third axis and `spherical` makes shells. On average a
+//! repeated or mirrored linear gradient is 0.5. It is averaged over what a ray sees of the surface.
 
 use serde::Deserialize;
 

@@ -21,11 +21,11 @@
 //! is blurred. Beyond an edge of a picture with `clamp` or `black` it averages what is there. The light of a lamp on other surfaces
 //! is that of `linear`.
 //!
-//! Where alpha is the opacity of a material, the colours of texels count by it: what is transparent has no colour. The colours of an EXR file
-//! are premultiplied, as in OpenEXR, and have the primaries that the file names by `colorInteropID` (a linear space) or
-//! `chromaticities`, else those of Rec. 709; with `color_space = "raw"` they stay as they are. What a material reads as data is never
-//! converted. Of an EXR file with several layers the one is shown that is named as light is: without a name, `rgba`, `beauty`,
-//! `combined`, `color`. Colours below 0 count as 0, with a warning.
+//! Where alpha is the opacity of a material, the colours of texels count by it: what is transparent has no colour. The colours of
+//! an EXR file are premultiplied, as in OpenEXR, and have the primaries that the file names by `colorInteropID` (a linear space) or
+//! `chromaticities`, else those of Rec. 709; with `color_space = "raw"` they stay as they are. What a material reads as data is
+//! never converted. Of an EXR file with several layers the one is shown that is named as light is: without a name, `rgba`,
+//! `beauty`, `combined`, `color`. Colours below 0 count as 0, with a warning.
 //!
 //! # Implementation
 //!

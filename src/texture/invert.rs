@@ -12,8 +12,8 @@
 //! noise = { scale = 5 }
 //! ```
 //!
-//! Each channel is 1 minus that of the input, and at least 0. The input has its own mapping; this texture has no `mapping`, `transform` or
-//! `warp`.
+//! Each channel is 1 minus that of the input, and at least 0. The input has its own mapping; this texture has no
+//! `mapping`, `transform` or `warp`.
 
 use serde::Deserialize;
 

@@ -138,7 +138,8 @@ impl Lookup<'_> {
         }
     }
 
-    /// The numbers of another texture at the same point, and their standard deviation within the footprint, a mean over the channels.
+    /// The numbers of another texture at the same point, and their standard deviation within the
+    /// footprint, a mean over the channels.
     pub fn moments(&self, source: &Color) -> (Rgb, f32) {
         self.textures.source_moments(source, self.at)
     }

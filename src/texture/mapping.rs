@@ -12,14 +12,15 @@
 //!
 //! `axis` is `"x"`, `"y"` or `"z"`.
 //!
-//! `object` and `world` need no texture coordinates. Patterns that fill space, such as `noise`, run through the body as through a block
-//! of stone; others show their s and t along the first two coordinates. `scale`, a number or `[x, y, z]`, multiplies the coordinates; then
-//! `rotate = [x, y, z]` rotates them about the fixed x, y and z axes in this order (degrees); then `offset = [x, y, z]` is added. A texture in
-//! `object` moves with its object, one in `world` stays while objects move through it.
+//! `object` and `world` need no texture coordinates. Patterns that fill space, such as `noise`, run through the body as through a
+//! block of stone; others show their s and t along the first two coordinates. `scale`, a number or `[x, y, z]`, multiplies the
+//! coordinates; then `rotate = [x, y, z]` rotates them about the fixed x, y and z axes in this order (degrees); then
+//! `offset = [x, y, z]` is added. A texture in `object` moves with its object, one in `world` stays while objects move through it.
 //!
-//! `triplanar` lays a picture onto a body without texture coordinates, from the sides of x, y and z: its width and height are 1 m at a `scale` of 1.
-//! `space` is `"object"` (the default) or `"world"`. Between the sides the picture is blended: over nothing with a `blend` of 0, over all of a ball with 1
-//! (default 0.3). A bump takes its heights from it as well; a normal map cannot be mapped so.
+//! `triplanar` lays a picture onto a body without texture coordinates, from the sides of x, y and z: its width and
+//! height are 1 m at a `scale` of 1. `space` is `"object"` (the default) or `"world"`. Between the sides the picture is
+//! blended: over nothing with a `blend` of 0, over all of a ball with 1 (default 0.3). A bump takes its heights from it
+//! as well; a normal map cannot be mapped so.
 //!
 //! ```toml
 //! [texture.floor]

@@ -220,8 +220,8 @@ impl Span {
     }
 }
 
-/// The numbers of a picture of size `from` as one of size `to`; `weighs_by_alpha` is that of the picture. `read` fills a row with those from a
-/// number on.
+/// The numbers of a picture of size `from` as one of size `to`; `weighs_by_alpha` is that of the picture. `read` fills a
+/// row with those from a number on.
 fn shrink(
     from: [u32; 2],
     to: [u32; 2],

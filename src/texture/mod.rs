@@ -116,8 +116,8 @@ pub trait PatternKind {
         DVec2::ZERO
     }
 
-    /// The number of steps per unit of the coordinates that tell neighbouring values apart: texels, if there are any; 0 for a pattern
-    /// that reads no coordinates.
+    /// The number of steps per unit of the coordinates that tell neighbouring values apart: texels, if there are any; 0 for a
+    /// pattern that reads no coordinates.
     fn steps(&self, _textures: &Textures<'_>) -> Vec2 {
         Vec2::splat(PATTERN_STEPS)
     }

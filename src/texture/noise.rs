@@ -17,16 +17,17 @@
 //! mapping = "object"
 //! ```
 //!
-//! `fbm` (fractional Brownian motion) is from 0 to 1 and 0.5 on average; few of its values are below 0.2 or above 0.8, which `ramp` or
-//! `remap` spreads. `turbulence` adds the absolute values of its layers: it is 0.22 on average in space (0.249 on s and t), with creases where it is 0.
+//! `fbm` (fractional Brownian motion) is from 0 to 1 and 0.5 on average; few of its values are below 0.2 or above 0.8, which
+//! `ramp` or `remap` spreads. `turbulence` adds the absolute values of its layers: it is 0.22 on average in space (0.249 on s
+//! and t), with creases where it is 0.
 //!
 //! With the mappings `object` and `world` the noise fills space, with others it lies on s and t. Layers whose features are smaller
 //! than what a ray sees of the surface fade to their mean: from afar the surface has the mean colour without noise of the picture.
 //!
 //! # Implementation
 //!
-//! Each octave has its own offset. In space all are rotated, so that planes along the axes meet the lattice as any other plane does. Source:
-//! `noise_2d`; Perlin, "An Image Synthesizer", SIGGRAPH 1985, doi:10.1145/325334.325247.
+//! Each octave has its own offset. In space all are rotated, so that planes along the axes meet the lattice as any other plane
+//! does. Source: `noise_2d`; Perlin, "An Image Synthesizer", SIGGRAPH 1985, doi:10.1145/325334.325247.
 
 use serde::Deserialize;
 

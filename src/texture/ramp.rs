@@ -20,12 +20,13 @@
 //! mapping = "object"
 //! ```
 //!
-//! Before the first stop and behind the last the colour stays. The input has its own mapping; a ramp has no `mapping`, `transform` or `warp`.
-//! Contrast of `noise`, `voronoi`, `brick` and `gradient` that is smaller than what a ray sees of the surface is taken into account: from afar the ramp
-//! shows the mean of its colours over the values of the input, not the colour of the mean.
-//! An `image` is averaged before, so that from afar it shows what its mean becomes; `checker` and `stripes` are looked up at points.
+//! Before the first stop and behind the last the colour stays. The input has its own mapping; a ramp has no `mapping`, `transform`
+//! or `warp`. Contrast of `noise`, `voronoi`, `brick` and `gradient` that is smaller than what a ray sees of the surface is taken
+//! into account: from afar the ramp shows the mean of its colours over the values of the input, not the colour of the mean. An
+//! `image` is averaged before, so that from afar it shows what its mean becomes; `checker` and `stripes` are looked up at points.
 //!
-//! **Marble** is a mirrored gradient that turbulence warps, as above. **Wood** is rings around an axis, stretched and warped a little:
+//! **Marble** is a mirrored gradient that turbulence warps, as above. **Wood** is rings around an
+//! axis, stretched and warped a little:
 //!
 //! ```toml
 //! [texture.wood]

@@ -15,11 +15,10 @@
 //! noise = { scale = 4 }
 //! ```
 //!
-//! Each channel is remapped by itself. `to = [0.9, 0.1]` turns the texture over. The input has its own mapping; this texture has no `mapping`, `transform`
-//! or `warp`.
-//! Contrast of `noise`, `voronoi`, `brick` and `gradient` that is smaller than what a ray sees of the surface is taken into account: values that are cut
-//! off darken or lighten it from afar as they do from nearby.
-//! An `image` is averaged before, so that from afar it shows what its mean becomes; `checker` and `stripes` are looked up at points.
+//! Each channel is remapped by itself. `to = [0.9, 0.1]` turns the texture over. The input has its own mapping; this texture has no
+//! `mapping`, `transform` or `warp`. Contrast of `noise`, `voronoi`, `brick` and `gradient` that is smaller than what a ray sees of
+//! the surface is taken into account: values that are cut off darken or lighten it from afar as they do from nearby. An `image` is
+//! averaged before, so that from afar it shows what its mean becomes; `checker` and `stripes` are looked up at points.
 
 use serde::Deserialize;
 

@@ -13,11 +13,12 @@
 //! mapping = "object"
 //! ```
 //!
-//! A distance of 1 is that between neighbouring cells; more than 1 counts as 1. On average `distance` is 0.52 in space (0.43 on s and t), `edge` is
-//! 0.197 (0.269) and 0 at the borders of cells, and each channel of `cell` lies anywhere between those of `a` and `b`.
+//! A distance of 1 is that between neighbouring cells; more than 1 counts as 1. On average `distance` is 0.52 in
+//! space (0.43 on s and t), `edge` is 0.197 (0.269) and 0 at the borders of cells, and each channel of `cell` lies
+//! anywhere between those of `a` and `b`.
 //!
-//! With the mappings `object` and `world` the cells fill space, with others they lie on s and t. Cells that are smaller than what a ray
-//! sees of the surface fade to the mean.
+//! With the mappings `object` and `world` the cells fill space, with others they lie on s and t. Cells that are smaller than what a
+//! ray sees of the surface fade to the mean.
 //!
 //! # Implementation
 //!

@@ -2,8 +2,8 @@
 
 use std::collections::HashMap;
 
-/// The name by which each thing goes: its own, or its number from 0 if that is empty. A name that an earlier one has gets `#2`, `#3`
-/// and so on.
+/// The name by which each thing goes: its own, or its number from 0 if that is empty. A name that an earlier
+/// one has gets `#2`, `#3` and so on.
 pub fn unique_names<'a>(names: impl IntoIterator<Item = &'a str>) -> Vec<String> {
     // The number of times that a name was given so far.
     let mut taken: HashMap<String, usize> = HashMap::new();

@@ -101,8 +101,8 @@ impl Keyframes {
         Ok(())
     }
 
-    /// Saves the keys, and keeps the former content of the file as `.bak`. Without `force` a file that another program has changed is
-    /// not overwritten.
+    /// Saves the keys, and keeps the former content of the file as `.bak`. Without `force` a file that another
+    /// program has changed is not overwritten.
     pub fn save(&mut self, force: bool) -> Result<(), SaveError> {
         if !self.has_keys() {
             return Err(SaveError::NoKeys);

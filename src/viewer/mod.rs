@@ -4,7 +4,8 @@
 //! newest one and cancels older ones. It uses the plan of the batch job: the last picture of a view has the pixels that the job
 //! writes.
 //!
-//! Every request needs the secret of the address. The viewer writes only the camera path file and, on request, the files of the job.
+//! Every request needs the secret of the address. The viewer writes only the camera path file and,
+//! on request, the files of the job.
 
 use std::{
     io,

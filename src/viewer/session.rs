@@ -342,7 +342,8 @@ impl Session {
         self.changed.notify_all();
     }
 
-    /// Waits until the scene is to be loaded again, at most for `time`, and returns whether it is; `None` once the session has stopped.
+    /// Waits until the scene is to be loaded again, at most for `time`, and returns whether it is;
+    /// `None` once the session has stopped.
     pub fn next_load(&self, time: Duration) -> Option<bool> {
         let is_idle = |state: &mut State| !state.is_stopped && !state.needs_load;
         let waited = self.changed.wait_timeout_while(self.lock(), time, is_idle);

@@ -105,7 +105,7 @@ fn add(section: &mut Section, line: &str) {
     }
 }
 
-/// Moves `[default: ...]` and `[possible values: ...]` out of the descriptions.
+/// Moves `[default: ...]` out of the description, and `[possible values: ...]` and `[alias: ...]` to its end.
 fn finished(mut entry: Entry) -> Entry {
     for (label, is_default) in [("[default: ", true), ("[possible values: ", false), ("[alias: ", false)] {
         let Some((before, rest)) = entry.about.split_once(label) else {
@@ -114,7 +114,9 @@ fn finished(mut entry: Entry) -> Entry {
         let Some((value, after)) = rest.split_once(']') else {
             continue;
         };
-        let about = format!("{} {}", before.trim_end().trim_end_matches('.'), after.trim());
+        // A full stop after the label is that of an empty line, see [`add`].
+        let after = after.trim_start_matches('.').trim();
+        let about = format!("{} {after}", before.trim_end().trim_end_matches('.'));
         if is_default {
             entry.default = value.to_owned();
             entry.about = about;

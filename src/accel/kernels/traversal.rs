@@ -47,8 +47,8 @@ struct ChildHits<'t, L: SimdLevel> {
     enter: L::F8,
 }
 
-/// A pass over the inner nodes: tests all in `waiting` against the node that `next` gives, and pushes the children that are hit on their
-/// stacks. Rays also pop their next child.
+/// A pass over the inner nodes: tests all in `waiting` against the node that `next` gives, and pushes the children that are hit on
+/// their stacks. Rays also pop their next child.
 pub struct NodePass<'a, 's, L, Q, T, const N: usize> {
     level: L,
     tree: &'a WideTree,

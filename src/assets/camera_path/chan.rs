@@ -1,8 +1,9 @@
 //! Nuke's `.chan`: a line of numbers for every frame.
 //!
 //! `frame tx ty tz rx ry rz` and, for a camera, `vfov`, the angle over the picture's height in degrees. Numbers are separated by
-//! blanks; `#` begins a comment. The camera looks along its -z with +y up; angles are in degrees, in the order `ZXY` of a new camera of
-//! Nuke, unless an option says another, and lengths are taken for metres. Frames that are left out lie on curves between the others.
+//! blanks; `#` begins a comment. The camera looks along its -z with +y up; angles are in degrees, in the order `ZXY`
+//! of a new camera of Nuke, unless an option says another, and lengths are taken for metres. Frames that are left out
+//! lie on curves between the others.
 //!
 //! Source: The Foundry, "Nuke User Guide", channel files; Blender's manual, "Nuke Animation (chan)", for the columns.
 

@@ -1,8 +1,8 @@
 //! Reconstructions of COLMAP: `cameras` and `images`, as texts (`.txt`) or binary (`.bin`), in one folder.
 //!
-//! Poses map the world to a camera that looks along its +z with +y down, as a quaternion w, x, y, z and a translation. Intrinsics are
-//! in pixels with pixel centres at .5. Points are not read. A picture is a frame: the last number of its name, if every picture has one
-//! of its own, else its place in the order of names, from 1.
+//! Poses map the world to a camera that looks along its +z with +y down, as a quaternion w, x, y, z and a translation. Intrinsics
+//! are in pixels with pixel centres at .5. Points are not read. A picture is a frame: the last number of its name, if every picture
+//! has one of its own, else its place in the order of names, from 1.
 //!
 //! | model | read as |
 //! |---|---|
@@ -11,7 +11,8 @@
 //! | `SIMPLE_FISHEYE`, `FISHEYE`, `SIMPLE_RADIAL_FISHEYE`, `RADIAL_FISHEYE`, `OPENCV_FISHEYE` | `kannala_brandt` |
 //! | others | an error |
 //!
-//! Source: Schönberger and Frahm, "Structure-from-Motion Revisited", CVPR 2016; colmap.github.io, "Output Format" and "Camera Models".
+//! Source: Schönberger and Frahm, "Structure-from-Motion Revisited", CVPR 2016; colmap.github.io,
+//! "Output Format" and "Camera Models".
 
 use std::collections::HashMap;
 

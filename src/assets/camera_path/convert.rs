@@ -95,8 +95,8 @@ pub fn convert(from: &Path, to: &Path, settings: &Conversion, files: &Files) -> 
     })
 }
 
-/// The frames that are written: the pictures of the file, or all frames of a motion, as they are rendered. Programs that read the other format
-/// have curves of their own between the frames that a file leaves out.
+/// The frames that are written: the pictures of the file, or all frames of a motion, as they are rendered. Programs that read the
+/// other format have curves of their own between the frames that a file leaves out.
 fn frames(path: &CameraPath) -> Result<Vec<i64>, String> {
     if let Some(pictures) = path.pictures() {
         return Ok(pictures.to_vec());

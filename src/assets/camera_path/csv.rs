@@ -2,10 +2,10 @@
 //!
 //! Cells are separated by commas, semicolons or tabs, whichever the header has most of, or as a line `sep=;` before it
 //! says. UTF-8, with or without a byte order
-//! mark; any line ends. Blank lines, rows of empty cells and lines that begin with `#` are skipped, but `# rotation_order: ZXY` is heard, and so
-//! is a header behind `#` above numbers, as numpy writes it. Columns without a name before the first one are an index of pandas and skipped.
-//! Columns come in any order and their names in any case; a space, a point or a hyphen in a name counts as `_`. Metres,
-//! degrees, right-handed; the camera looks along its -z with +y up.
+//! mark; any line ends. Blank lines, rows of empty cells and lines that begin with `#` are skipped, but `# rotation_order: ZXY` is
+//! heard, and so is a header behind `#` above numbers, as numpy writes it. Columns without a name before the first one are an index
+//! of pandas and skipped. Columns come in any order and their names in any case; a space, a point or a hyphen in a name counts as
+//! `_`. Metres, degrees, right-handed; the camera looks along its -z with +y up.
 //!
 //! | column | type | unit | needed |
 //! |---|---|---|---|

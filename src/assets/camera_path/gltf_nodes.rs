@@ -1,9 +1,10 @@
 //! Cameras of glTF files (`.gltf`, `.glb`).
 //!
 //! A camera looks along the -z of its node with +y up, in metres; `yfov` is the angle over the picture's height, in radians. Its
-//! `aspectRatio` and its clipping planes are not read. If an animation moves a camera, the first of those that move is the camera of the
-//! frames from 0 to the last key, at the frame rate. Otherwise each node with a camera is a frame: its `extras.frame`, or as that of COLMAP's
-//! pictures from the names of nodes, in the order of the scene. The numbers of such a file are read in double precision.
+//! `aspectRatio` and its clipping planes are not read. If an animation moves a camera, the first of those that move is the
+//! camera of the frames from 0 to the last key, at the frame rate. Otherwise each node with a camera is a frame: its
+//! `extras.frame`, or as that of COLMAP's pictures from the names of nodes, in the order of the scene. The numbers of such a
+//! file are read in double precision.
 //!
 //! Source: Khronos, "glTF 2.0 Specification", sections 3.5 and 3.10.
 

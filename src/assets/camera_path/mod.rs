@@ -1,7 +1,7 @@
 //! Camera paths from files.
 //!
-//! A format is one file and one row of [`FORMATS`]. Poses of all of them become those of a camera that looks along its -z with +y up;
-//! the axes of the world, its origin and its unit stay as they are. Intrinsics in pixels become the camera `pinhole`.
+//! A format is one file and one row of [`FORMATS`]. Poses of all of them become those of a camera that looks along its -z with +y
+//! up; the axes of the world, its origin and its unit stay as they are. Intrinsics in pixels become the camera `pinhole`.
 
 use std::{
     io,

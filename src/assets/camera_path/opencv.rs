@@ -11,7 +11,8 @@
 //!
 //! Keys may be in any case, other keys are ignored. A file without a pose is a lens: the pose is that of the scene's camera.
 //!
-//! Source: OpenCV's documentation, "Camera Calibration and 3D Reconstruction", "XML/YAML file storages" and the tutorial "Camera calibration".
+//! Source: OpenCV's documentation, "Camera Calibration and 3D Reconstruction", "XML/YAML file storages" and
+//! the tutorial "Camera calibration".
 
 use std::fmt::Write as _;
 

@@ -64,8 +64,8 @@ const S: &str = "0.70710678118654752";
 /// A file by its name.
 type Named = (&'static str, Vec<u8>);
 
-/// The files of a camera at (1, 2, 3) that looks along -x with +y up, in every format but CSV; its picture has 8x6 pixels with focal
-/// lengths of 10 and 11 and the centre at (4.5, 3.25) where the format says so. Several files of one format are alternatives.
+/// The files of a camera at (1, 2, 3) that looks along -x with +y up, in every format but CSV; its picture has 8x6 pixels with
+/// focal lengths of 10 and 11 and the centre at (4.5, 3.25) where the format says so. Several files of one format are alternatives.
 fn files() -> Vec<(&'static str, Vec<u8>, Option<Named>)> {
     let text = |text: &str| text.replace("[S]", S).into_bytes();
     let image = b"# comment\n9 0 -[S] 0 [S] 3 2 1 4 a b 12.png\n\n";

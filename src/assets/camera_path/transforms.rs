@@ -1,17 +1,19 @@
 //! `transforms.json` of NeRF programs, and camera paths of nerfstudio's viewer.
 //!
-//! A frame has a `transform_matrix` from camera to world, of 4 or 3 rows; the camera looks along its -z with +y up, lengths are taken for
-//! metres. The intrinsics `fl_x`, `fl_y`, `cx`, `cy`, `w`, `h`, `camera_model` and the distortion `k1` to `k4`, `p1`, `p2` are those of the file,
-//! or of a frame where it has its own; pixel centres are at .5. In place of focal lengths there may be `camera_angle_x` or `camera_angle_y`, in
-//! radians. The number of a frame is its key `frame`, or as that of COLMAP's pictures from `file_path`, in the order of the file.
+//! A frame has a `transform_matrix` from camera to world, of 4 or 3 rows; the camera looks along its -z with +y up, lengths are
+//! taken for metres. The intrinsics `fl_x`, `fl_y`, `cx`, `cy`, `w`, `h`, `camera_model` and the distortion `k1` to `k4`, `p1`,
+//! `p2` are those of the file, or of a frame where it has its own; pixel centres are at .5. In place of focal lengths there may be
+//! `camera_angle_x` or `camera_angle_y`, in radians. The number of a frame is its key `frame`, or as that of COLMAP's pictures from
+//! `file_path`, in the order of the file.
 //!
 //! | `camera_model` | coefficients | read as |
 //! |---|---|---|
 //! | none, `OPENCV`, `PINHOLE`, `SIMPLE_PINHOLE` | `k1, k2, k3, p1, p2` | `opencv` |
 //! | `OPENCV_FISHEYE`, or none with instant-ngp's `is_fisheye` | `k1, k2, k3, k4` | `kannala_brandt` |
 //!
-//! A camera path of nerfstudio has `camera_path`, a list of `camera_to_world` (16 numbers by rows) and `fov`, the angle over the picture's
-//! height in degrees, and `render_width` and `render_height`. Its `camera_type` is `perspective`; others, such as `equirectangular`, are refused.
+//! A camera path of nerfstudio has `camera_path`, a list of `camera_to_world` (16 numbers by rows) and `fov`, the angle over
+//! the picture's height in degrees, and `render_width` and `render_height`. Its `camera_type` is `perspective`; others, such
+//! as `equirectangular`, are refused.
 //!
 //! Source: Mildenhall et al., "NeRF", ECCV 2020, doi:10.1007/978-3-030-58452-8_24, with the keys of instant-ngp and nerfstudio
 //! (docs.nerf.studio, "Data conventions").

@@ -1,14 +1,14 @@
 //! Trajectories of the TUM RGB-D benchmark: a line for every pose.
 //!
-//! `timestamp tx ty tz qx qy qz qw`: seconds, the eye in metres, and the rotation from camera to world. The camera looks along its +z
-//! with +y down, as OpenCV's does. `#` begins a comment.
+//! `timestamp tx ty tz qx qy qz qw`: seconds, the eye in metres, and the rotation from camera to world. The camera looks along its
+//! +z with +y down, as OpenCV's does. `#` begins a comment.
 //!
-//! With a frame rate a timestamp is the frame `timestamp * fps`, as in `camera_path.csv`; where that is beyond the numbers of frames, as with
-//! times of a clock, times count from the first. Without a rate, timestamps that are whole numbers are frames, and otherwise the lines are
-//! counted from 1.
+//! With a frame rate a timestamp is the frame `timestamp * fps`, as in `camera_path.csv`; where that is beyond the numbers of
+//! frames, as with times of a clock, times count from the first. Without a rate, timestamps that are whole numbers are frames, and
+//! otherwise the lines are counted from 1.
 //!
-//! Source: Sturm et al., "A Benchmark for the Evaluation of RGB-D SLAM Systems", IROS 2012, doi:10.1109/IROS.2012.6385773, "File Formats" of
-//! the data set.
+//! Source: Sturm et al., "A Benchmark for the Evaluation of RGB-D SLAM Systems", IROS 2012,
+//! doi:10.1109/IROS.2012.6385773, "File Formats" of the data set.
 
 use std::fmt::Write as _;
 

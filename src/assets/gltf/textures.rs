@@ -69,8 +69,8 @@ impl ModelImages {
         self.images.keys().copied().collect()
     }
 
-    /// Adds the texture that a material refers to to `model`; `None` if it cannot be rendered. `is_own` tells that no other reference
-    /// is to have the same one.
+    /// Adds the texture that a material refers to to `model`; `None` if it cannot be rendered. `is_own` tells that no other
+    /// reference is to have the same one.
     pub fn place(
         &mut self,
         document: &Document<'_>,

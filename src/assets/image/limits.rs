@@ -21,7 +21,8 @@ pub(super) fn shrunk(bytes: u64, halvings: u32) -> u64 {
     bytes >> (2 * halvings).min(63)
 }
 
-/// The bytes of a picture with all its mipmap levels; `number` is the size of a channel of the picture in bytes; a channel of a level takes at least 2.
+/// The bytes of a picture with all its mipmap levels; `number` is the size of a channel of the picture in bytes; a
+/// channel of a level takes at least 2.
 pub(super) fn with_levels(bytes: u64, number: u64) -> u64 {
     bytes.saturating_add(bytes / 3 * if number == 1 { 2 } else { 1 })
 }

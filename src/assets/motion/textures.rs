@@ -61,7 +61,8 @@ impl TextureProperty {
     }
 }
 
-/// The key of a texture reference in a material, the property of its transform, and the number of numbers in a key of the animation.
+/// The key of a texture reference in a material, the property of its transform, and the number of
+/// numbers in a key of the animation.
 pub fn texture_property(path: &str) -> Option<(&'static str, TextureProperty, usize)> {
     let at = path.rfind("/extensions/KHR_texture_transform/")?;
     let (reference, inner) = (&path[..at], &path[at + 1..]);

@@ -10,8 +10,8 @@
 //! read are errors with their line. Numbers that are not finite cost their vertex or attribute, and broken normals give way to
 //! those of the faces.
 //!
-//! Vertices and texture coordinates are read in double precision. If all are far from the file's origin, as in map coordinates, they are stored relative
-//! to an origin of their own ([`crate::math::origin`]), which all parts share.
+//! Vertices and texture coordinates are read in double precision. If all are far from the file's origin, as in map coordinates,
+//! they are stored relative to an origin of their own ([`crate::math::origin`]), which all parts share.
 
 mod error;
 mod lines;

@@ -1,7 +1,8 @@
 //! Materials of OBJ files: MTL with its extension for physically based surfaces.
 //!
 //! A material with only `Kd` is matte. `Ks` adds a dielectric reflection of that tint with the roughness of `Ns`; with `illum` 3 or
-//! 8, or 5 and no `Ni` above 1, it is a mirror's. `illum` 4, 6, 7 and 9 make transparent materials glass. The names of materials are compared as bytes.
+//! 8, or 5 and no `Ni` above 1, it is a mirror's. `illum` 4, 6, 7 and 9 make transparent materials glass. The names of
+//! materials are compared as bytes.
 
 mod options;
 mod paths;

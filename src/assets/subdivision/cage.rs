@@ -1,11 +1,11 @@
 //! The surface that meshes are before they are refined.
 //!
-//! Vertices at the same position are one place, in whichever mesh they are: files part vertices where texture coordinates or materials
-//! change, and the surface is not to tear there. Faces lose corners that are at the place of the one before them.
+//! Vertices at the same position are one place, in whichever mesh they are: files part vertices where texture coordinates or
+//! materials change, and the surface is not to tear there. Faces lose corners that are at the place of the one before them.
 //!
-//! An edge of one face is a boundary. Edges of more than two faces, and those of two faces that run along it in the same direction, are
-//! creases. A place where several surfaces touch stays where it is, as in OpenSubdiv, unless it lies within a crease of two such
-//! edges.
+//! An edge of one face is a boundary. Edges of more than two faces, and those of two faces that run along it in the same
+//! direction, are creases. A place where several surfaces touch stays where it is, as in OpenSubdiv, unless it lies
+//! within a crease of two such edges.
 
 use std::collections::HashMap;
 
@@ -100,8 +100,8 @@ fn gather<'a>(parts: &[(&'a mesh::Mesh, Vec<&'a [u32]>)]) -> Gathered {
     all
 }
 
-/// For each vertex of a mesh the first one with its place and its values. Files part vertices of one value by normals, and some write
-/// each corner of a face apart.
+/// For each vertex of a mesh the first one with its place and its values. Files part vertices of one value by normals, and some
+/// write each corner of a face apart.
 fn one_of_equals(mesh: &mesh::Mesh, places: &[u32]) -> Vec<u32> {
     let mut known: HashMap<(u32, [u32; 8]), u32> = HashMap::with_capacity(places.len());
     let first = |(vertex, place): (u32, &u32)| {

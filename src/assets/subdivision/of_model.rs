@@ -270,7 +270,8 @@ fn bits(transform: &DAffine3) -> [u64; 12] {
     transform.to_cols_array().map(f64::to_bits)
 }
 
-/// The texture coordinates that the tangents of a mesh follow, of which this part is the first use; `None` if its material needs none.
+/// The texture coordinates that the tangents of a mesh follow, of which this part is the first use;
+/// `None` if its material needs none.
 fn tangent_set(model: &Model, mesh: usize, part: Option<usize>) -> Option<UvSet> {
     let surface = &model.materials[model.instances[part?].material].surface;
     match surface.maps().next() {

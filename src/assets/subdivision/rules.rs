@@ -1,13 +1,13 @@
 //! The points of a finer surface and of its limit: the rules of Catmull-Clark and Loop, with creases.
 //!
-//! An edge of sharpness s is a crease on s levels. Where s is no whole number, the last of them is a mixture, and vertices change from
-//! one rule to the next with the mean of what is left of their edges. Boundaries are creases of infinite sharpness. Of a vertex with two
-//! creases the rule is that of a cubic B-spline along them; with more of them it stays where it is.
+//! An edge of sharpness s is a crease on s levels. Where s is no whole number, the last of them is a mixture, and vertices change
+//! from one rule to the next with the mean of what is left of their edges. Boundaries are creases of infinite sharpness. Of a
+//! vertex with two creases the rule is that of a cubic B-spline along them; with more of them it stays where it is.
 //!
 //! Sources: E. Catmull and J. Clark, "Recursively Generated B-Spline Surfaces on Arbitrary Topological Meshes", 1978,
-//! doi:10.1016/0010-4485(78)90110-0; C. Loop, "Smooth Subdivision Surfaces Based on Triangles", 1987; T. DeRose, M. Kass and T. Truong,
-//! "Subdivision Surfaces in Character Animation", 1998, doi:10.1145/280814.280826, whose rules OpenSubdiv has; H. Hoppe et al.,
-//! "Piecewise Smooth Surface Reconstruction", 1994, doi:10.1145/192161.192233.
+//! doi:10.1016/0010-4485(78)90110-0; C. Loop, "Smooth Subdivision Surfaces Based on Triangles", 1987; T. DeRose, M. Kass and
+//! T. Truong, "Subdivision Surfaces in Character Animation", 1998, doi:10.1145/280814.280826, whose rules OpenSubdiv has; H. Hoppe
+//! et al., "Piecewise Smooth Surface Reconstruction", 1994, doi:10.1145/192161.192233.
 
 use std::{collections::HashMap, f64::consts::TAU};
 

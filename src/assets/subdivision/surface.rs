@@ -15,8 +15,8 @@ pub struct Surface {
     /// The number of faces of all parts up to each.
     pub part_ends: Vec<usize>,
     pub places: Net,
-    /// The net of values. Each of its vertices belongs to one part and is at one place; where the surface has a seam or an edge that
-    /// stays sharp, there are several at a place.
+    /// The net of values. Each of its vertices belongs to one part and is at one place; where the surface has a seam or an edge
+    /// that stays sharp, there are several at a place.
     pub values: Net,
     /// In double precision, one for each vertex of `places`.
     pub positions: Vec<DVec3>,

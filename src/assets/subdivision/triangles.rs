@@ -15,8 +15,8 @@ use crate::shape::mesh::Mesh;
 const NONE: u32 = u32::MAX;
 
 impl Surface {
-    /// The corners of pairs of faces that meet at an edge without a lasting crease: the first that an edge starts from in one face and
-    /// in the other.
+    /// The corners of pairs of faces that meet at an edge without a lasting crease: the first that an edge starts
+    /// from in one face and in the other.
     fn neighbours(&self) -> impl Iterator<Item = [u32; 2]> {
         let mut first = vec![NONE; self.places.edges.len()];
         let corners = (0..).zip(&self.places.edge_of);

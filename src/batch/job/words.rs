@@ -42,9 +42,9 @@ impl Job {
         }
     }
 
-    /// Loads each file that values may name at any frame, and each variant of a model that they may choose, with the files that these
-    /// name themselves, one after the other, and drops it.
-    /// Call it after [`Job::load`], once the scene is dropped: the memory of the scene is counted as free.
+    /// Loads each file that values may name at any frame, and each variant of a model that they may choose, with the files that
+    /// these name themselves, one after the other, and drops it. Call it after [`Job::load`], once the scene is dropped: the memory
+    /// of the scene is counted as free.
     ///
     /// # Errors
     /// All those of these files, with the places that name them.

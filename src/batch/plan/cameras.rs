@@ -22,7 +22,7 @@ use crate::{
     warnings::{WarningKind, Warnings},
 };
 
-/// The longer side of the metered picture, in pixels, and its samples.
+/// The longer side of the metered picture, in pixels.
 const SIDE: u32 = 96;
 
 /// Columns and rows of the picture that is metered for one of this size.

@@ -138,8 +138,8 @@ pub(super) fn box_corners(bounds: &DAabb) -> [DVec3; 8] {
     std::array::from_fn(|i| DVec3::new(side(i, 0), side(i, 1), side(i, 2)))
 }
 
-/// The distance by which the camera has to move backwards so that it sees all points and no more than it must, in m, with this width
-/// of the picture relative to what fits into it; `None` where no distance is enough.
+/// The distance by which the camera has to move backwards so that it sees all points and no more than it must, in m, with this
+/// width of the picture relative to what fits into it; `None` where no distance is enough.
 pub(super) fn retreat(view: &PinholeView, size: [u32; 2], (points, margin): (&[DVec3], f64)) -> Option<f64> {
     let [width, height] = size.map(f64::from);
     let ([fx, fy], [cx, cy]) = (view.focal, view.center);

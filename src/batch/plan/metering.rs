@@ -128,8 +128,8 @@ pub(in crate::batch) fn surfaces(scene: &Scene, film: &Film) -> Vec<bool> {
     numbers.values.iter().map(shows).collect()
 }
 
-/// The stops that show the log-average of what is lit as middle gray, or fewer, so that a tenth of it at most exceeds [`BRIGHT`]; 0 where
-/// nothing is lit.
+/// The stops that show the log-average of what is lit as middle gray, or fewer, so that a tenth of it at most exceeds
+/// [`BRIGHT`]; 0 where nothing is lit.
 fn stops(luminances: impl Iterator<Item = f32>) -> f32 {
     let mut lit: Vec<f32> = luminances.filter(|l| *l > 0.0 && l.is_finite()).collect();
     if lit.is_empty() {

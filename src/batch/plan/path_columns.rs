@@ -9,7 +9,7 @@ use crate::{
     warnings::WarningKind,
 };
 
-/// A path that says of the lens what the scene's camera has not is wrong about one of the two.
+/// Refuses a path with lens columns that the scene's camera does not have.
 pub(super) fn check_columns(file: &Path, path: &CameraPath, lens: &Lens) -> Result<(), Error> {
     let given = path.lens_at(path.first());
     let lens = given.intrinsics.base(lens);
@@ -47,7 +47,8 @@ pub(super) fn is_of_pose(name: &str) -> bool {
         .any(|(keys, columns)| columns.is_empty() && key.is_some_and(|key| keys.contains(&key)))
 }
 
-/// The column of a camera path that replaces the value at the path `keys` of a scene file, or the path itself; `None` if neither does.
+/// The column of a camera path that replaces the value at the path `keys` of a scene file, or the
+/// path itself; `None` if neither does.
 pub(super) fn replacing(keys: &[impl AsRef<str>], path: &CameraPath) -> Option<String> {
     let [camera, _, key, ..] = keys else { return None };
     let row = REPLACED.iter().find(|(keys, _)| keys.contains(&key.as_ref()));

@@ -13,8 +13,8 @@ use crate::{
     value::{Count, Spanned},
 };
 
-/// The description with the size of the pictures for which the cameras of the camera path are calibrated, unless the scene or a flag
-/// says one.
+/// The description with the size of the pictures for which the cameras of the camera path are calibrated,
+/// unless the scene or a flag says one.
 ///
 /// # Errors
 /// The camera path is wrong, or its pictures have several sizes.

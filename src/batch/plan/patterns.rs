@@ -166,10 +166,11 @@ pub(in crate::batch) fn is_chosen(desc: &SceneDesc) -> bool {
     desc.output.files.as_ref().is_some_and(OneOrMany::is_override)
 }
 
-/// The names of the files of a job, without the numbers of its frames, as far as they are known before models are loaded: patterns, and
-/// the files beside the pictures. `chosen` are the patterns of the caller, if any. `None` where the scene cannot be read.
+/// The names of the files of a job, without the numbers of its frames, as far as they are known before models are loaded: patterns,
+/// and the files beside the pictures. `chosen` are the patterns of the caller, if any. `None` where the scene cannot be read.
 ///
-/// A scene that is not read yet has no frames, which a plan has: these names find out what all its frames have in common with other jobs.
+/// A scene that is not read yet has no frames, which a plan has: these names find out what all its
+/// frames have in common with other jobs.
 pub fn named_files(path: &Path, chosen: &[String], request: &Request) -> Option<Vec<PathBuf>> {
     let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
     let patterns = match is_model(path) {

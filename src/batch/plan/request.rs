@@ -21,8 +21,8 @@ use crate::{
     warnings::Warnings,
 };
 
-/// The frames that a caller takes by [`JobEvent::FrameImage`](crate::batch::JobEvent::FrameImage). A job whose frames are taken needs
-/// no files.
+/// The frames that a caller takes by [`JobEvent::FrameImage`](crate::batch::JobEvent::FrameImage). A job whose
+/// frames are taken needs no files.
 #[derive(Clone, Copy, Debug, Default)]
 pub enum TakenFrames {
     #[default]
@@ -107,7 +107,7 @@ pub struct Request {
     pub accel: BuildOptions,
     pub fps: Option<f64>,
     pub rotation_order: Option<RotationOrder>,
-    /// Bytes that pictures may take; `None` is no limit.
+    /// The memory limit of the job in bytes; `None` is no limit.
     pub max_memory: Option<u64>,
     /// Bytes that all images may take, beyond which larger ones are loaded at a lower resolution; `None` is no limit.
     pub texture_memory: Option<u64>,

@@ -13,8 +13,8 @@ use crate::{
     error::Error,
 };
 
-/// Reads the sources of values of a job: those of the scene file `scene`, or of a model by itself, which has its path alone, and of the
-/// request.
+/// Reads the sources of values of a job: those of the scene file `scene`, or of a model by itself, which has
+/// its path alone, and of the request.
 pub(in crate::batch) fn tables(
     scene: Result<&SceneDesc, &Path>,
     request: &Request,

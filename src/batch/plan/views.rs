@@ -83,8 +83,8 @@ fn orbit(view: View) -> DVec3 {
     turn * (view.start * tilt.y) + DVec3::Y * tilt.z
 }
 
-/// The Fibonacci lattice from the top down over this height of the unit sphere: points of equal areas, each a golden angle after the
-/// one before.
+/// The Fibonacci lattice from the top down over this height of the unit sphere: points of equal areas, each a
+/// golden angle after the one before.
 ///
 /// Source: Gonzalez, "Measurement of Areas on a Sphere Using Fibonacci and Latitude-Longitude Lattices", Mathematical Geosciences
 /// 42, 2010, doi:10.1007/s11004-009-9257-x, equation 1, for any number of points.
@@ -138,8 +138,8 @@ impl Views {
         FIRST..=views.sum::<i64>()
     }
 
-    /// The unit vector from the middle to the camera of a frame, for the horizontal direction of the scene's own camera; `None` for a
-    /// frame that is none of the views'.
+    /// The unit vector from the middle to the camera of a frame, for the horizontal direction of the scene's own camera; `None` for
+    /// a frame that is none of the views'.
     pub(super) fn direction(&self, frame: i64, start: DVec3) -> Option<DVec3> {
         let mut index = u32::try_from(frame - FIRST).ok()?;
         for set in &self.sets {

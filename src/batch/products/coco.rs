@@ -1,15 +1,17 @@
 //! The content of `coco.json`: the instances of objects in the pictures of a sequence, as the data set COCO has them.
 //!
-//! A picture's number is that of its frame, and an instance's number is that of the picture times 1,000,000 and that of the object. So
-//! both are the same in every part of a job. Pictures of other names in one file have numbers a million apart. An instance of a part of an
-//! object of one material has the place among those of its picture in place of the number of the object.
+//! The number of a picture is that of its frame. The number of an instance is that of its picture times 1,000,000, plus the number
+//! of its object, from 1. So both are the same in every part of a job. A sequence with other names in the same file has picture
+//! numbers that are larger by a multiple of 1,000,000. Where materials are the categories, an instance is the part of an object
+//! with one material. Its place among the instances of its picture, from 1, then takes the place of the object's number.
 //!
 //! A mask has the pixels whose centre shows the object, the pass `objectId` with one sample.
 //!
-//! Categories are sorted by their names, so that they have the same numbers whichever part of a job comes first. Frames may show other
-//! objects than those before them: each has the categories of its own scene, and the file those of all.
+//! Categories are sorted by their names, so that they have the same numbers whichever part of a job comes first. Frames may show
+//! other objects than those before them: each has the categories of its own scene, and the file those of all.
 //!
-//! Source: Lin et al., "Microsoft COCO: Common Objects in Context", ECCV 2014, doi:10.1007/978-3-319-10602-1_48; cocodataset.org, "Data format".
+//! Source: Lin et al., "Microsoft COCO: Common Objects in Context", ECCV 2014,
+//! doi:10.1007/978-3-319-10602-1_48; cocodataset.org, "Data format".
 
 pub mod categories;
 mod runs;
@@ -36,10 +38,10 @@ use crate::{
     warnings::WarningKind,
 };
 
-/// The numbers of the instances of a picture, of which each object has one.
+/// The difference between the numbers of the instances of one picture and those of the next.
 const STRIDE: i64 = 1_000_000;
 
-/// The numbers of the pictures of a sequence.
+/// The difference between the numbers of the pictures of one sequence and those of the next.
 const BLOCK: i64 = 1_000_000;
 
 /// The conventions of the file, in words.
@@ -201,7 +203,7 @@ impl Instances {
     }
 }
 
-/// The pixels of each part, by its index, of each material, where that is the kind.
+/// The pixels of each instance, by the indices of its part and its material. The latter is 0 unless materials are the categories.
 fn instances(film: &Film, kind: CategoryKind) -> BTreeMap<(usize, usize), Runs> {
     let plane = |name| &film.plane(name).expect("the pass was requested").values;
     let objects = plane(OBJECTS);
@@ -235,8 +237,8 @@ fn is_ordinary(scene: &Scene, part: &Part) -> bool {
 }
 
 impl Coco {
-    /// Adds the pictures of other jobs in the file that is there, whose folder is `folder`: those of the same sequence, and those of other
-    /// names as long as they are there. Pictures of this job replace theirs.
+    /// Adds the pictures of other jobs in the file that is there, whose folder is `folder`: those of the same sequence, and those
+    /// of other names as long as they are there. Pictures of this job replace theirs.
     pub fn join(&mut self, others: Self, plan: &Plan, folder: &Path) {
         let own: HashSet<String> = self.images.iter().map(|image| image.file_name.clone()).collect();
         let (mut images, mut offset, mut taken) = (Vec::new(), None, HashSet::new());

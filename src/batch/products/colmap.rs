@@ -1,5 +1,5 @@
-//! The cameras of a sequence as a reconstruction of COLMAP, in its form of texts: `cameras.txt`, `images.txt` and a `points3D.txt` without
-//! points.
+//! The cameras of a sequence as a reconstruction of COLMAP, in its form of texts: `cameras.txt`, `images.txt` and
+//! a `points3D.txt` without points.
 
 use crate::assets::camera_path::{colmap, transforms::Transforms};
 

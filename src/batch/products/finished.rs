@@ -21,8 +21,8 @@ fn shows_exr(plan: &Plan) -> bool {
     plan.picture.shown == Shown::All && plan.picture.metering_camera.is_none()
 }
 
-/// Hands the picture of a frame's EXR file to `show`, as the job's files for displays show it. `None` where there is none, where the
-/// job shows a pass, or where the exposure is that of a scene that is not metered.
+/// Hands the picture of a frame's EXR file to `show`, as the job's files for displays show it. `None` where there is none, where
+/// the job shows a pass, or where the exposure is that of a scene that is not metered.
 pub fn with_finished<T>(plan: &Plan, frame: &PlannedFrame, show: impl FnOnce(&FrameImage<'_>) -> T) -> Option<T> {
     if !shows_exr(plan) {
         return None;

@@ -120,7 +120,8 @@ fn add(tables: &mut Vec<Table>, other: Table) {
 }
 
 impl IdsOfFrames {
-    /// Adds the frames of other jobs of the same sequence, whose pictures are named by `picture`. Pictures of this job replace theirs.
+    /// Adds the frames of other jobs of the same sequence, whose pictures are named by `picture`.
+    /// Pictures of this job replace theirs.
     pub fn join(&mut self, mut others: Self, picture: impl Fn(i32) -> String) {
         let frames = self.tables.iter().flat_map(|table| &table.frames);
         let own: HashSet<String> = frames.map(|frame| picture(*frame)).collect();

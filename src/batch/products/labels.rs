@@ -1,4 +1,5 @@
-//! The labels of the pictures of a job: the instances of `coco.json`, and the names of `ids.json` where frames have names of their own.
+//! The labels of the pictures of a job: the instances of `coco.json`, and the names of `ids.json`
+//! where frames have names of their own.
 
 use super::{
     coco::Instances,

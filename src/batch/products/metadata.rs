@@ -7,9 +7,9 @@
 //! | `coco` | `coco.json` | boxes and masks of the objects in each picture, as COCO has them |
 //! | `ids` | `ids.json` | the names of objects and materials by the numbers of `objectId` and `materialId` |
 //!
-//! They are written to the folder of the pictures. With stereo their names have the eye, `transforms.left.json` and `sparse/left`, unless the folder
-//! of the pictures has it: the files of the other eye stay. Source of the first: Mildenhall et al., "NeRF", ECCV 2020,
-//! doi:10.1007/978-3-030-58452-8_24, with the keys of instant-ngp and Nerfstudio.
+//! They are written to the folder of the pictures. With stereo their names have the eye, `transforms.left.json` and `sparse/left`,
+//! unless the folder of the pictures has it: the files of the other eye stay. Source of the first: Mildenhall et al., "NeRF", ECCV
+//! 2020, doi:10.1007/978-3-030-58452-8_24, with the keys of instant-ngp and Nerfstudio.
 
 use std::path::{Path, PathBuf};
 

@@ -120,8 +120,8 @@ pub(super) fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, String
     }
 }
 
-/// Adds the frames of other parts of the same sequence, in rising order, if the job is a part of it. Frames of this job replace theirs.
-/// Warns of pictures of other jobs that are there and that the file lists no more.
+/// Adds the frames of other parts of the same sequence, in rising order, if the job is a part of it. Frames of this job replace
+/// theirs. Warns of pictures of other jobs that are there and that the file lists no more.
 pub(super) fn join(own: &mut Transforms, others: Transforms, plan: &Plan, path: &Path) {
     let model = common_model([&*own.camera_model, &*others.camera_model].into_iter()).map(str::to_owned);
     if plan.is_chunk

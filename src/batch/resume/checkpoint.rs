@@ -1,8 +1,8 @@
-//! Checkpoints: the state of an unfinished frame, saved beside its first file; and kept sums, that of a finished one, to which a later
-//! job can add samples.
+//! Checkpoints: the state of an unfinished frame, saved beside its first file; and kept sums, that of a finished one, to
+//! which a later job can add samples.
 //!
-//! Both are whole or absent, have a checksum, and contain a fingerprint of their frame, so that they are not used with other inputs or
-//! settings. That of kept sums leaves out the number of samples.
+//! Both are whole or absent, have a checksum, and contain a fingerprint of their frame, so that they are not used with other inputs
+//! or settings. That of kept sums leaves out the number of samples.
 
 use std::{
     fs,

@@ -48,7 +48,8 @@ pub struct InputHash(ContentHash);
 
 impl InputHash {
     /// The hash of what `store` has loaded for the scene, also at which resolution, and of what overrides values of its file. Files
-    /// `apart` are left out: a frame takes what they say of it into its own fingerprint. Paths count as they are seen from the scene's folder, so that a project may be moved as a whole.
+    /// `apart` are left out: a frame takes what they say of it into its own fingerprint. Paths count as they are seen from the
+    /// scene's folder, so that a project may be moved as a whole.
     pub fn new(store: &Store, scene: &Source, apart: &[&Path]) -> Self {
         let home = scene.path.parent().unwrap_or(Path::new(""));
         let mut files: Vec<(String, String)> = store
@@ -87,8 +88,9 @@ struct HashedInputs {
     overrides: String,
 }
 
-/// All that the picture of a frame depends on. Its JSON is hashed, which is the same text on every machine. Another name of a field
-/// or a variant in here, or a field more, is another fingerprint: finished frames are rendered again.
+/// All that the picture of a frame depends on. Its JSON is hashed, which is the same text on every machine. A field or variant that
+/// is renamed or moved gives the frames that have it other fingerprints, so that finished ones are rendered again. So does a new
+/// field, but for frames where it is skipped as `None` or empty.
 #[derive(Serialize)]
 struct Hashed<'a> {
     picture_version: u32,

@@ -24,11 +24,12 @@ pub enum StaleReason {
     Missing,
     /// It is truncated, altered or no picture.
     Damaged,
-    /// It has no fingerprint: another program, or an older version of this one, wrote it.
+    /// It is a picture without a fingerprint, such as one that another program wrote.
     Foreign,
     /// It has fewer samples because of a shorter time limit than this job's.
     CutShort,
-    /// It was rendered from other inputs, by another camera or with other settings.
+    /// Its fingerprint is another one: it was rendered from other inputs, by another camera, with other settings or by
+    /// another version of this program.
     Outdated,
     /// It was denoised with a frame whose file is none that the job would write.
     Unhelped,
@@ -85,7 +86,7 @@ impl PlannedFrame {
 #[derive(Clone, Debug)]
 pub struct Survey {
     pub inputs: InputHash,
-    /// The first stale file of each frame, if any.
+    /// The first stale file of each frame, if any; empty if no files were inspected.
     pub stale: Vec<Option<Stale>>,
 }
 

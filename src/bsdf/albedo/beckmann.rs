@@ -1,8 +1,8 @@
 //! The albedo of facets with the distribution of Beckmann that reflect all light.
 //!
-//! Even facets have a table by the perceived roughness and the root of the cosine on the surface that is stretched to a roughness of
-//! 1; brushed ones also by the root of the ratio of their alphas and by the turn of the viewer. Rows are integrated on first use, over
-//! slopes.
+//! Even facets have a table by the perceived roughness and the root of the cosine on the surface that is stretched to a
+//! roughness of 1; brushed ones also by the root of the ratio of their alphas and by the turn of the viewer. Rows are
+//! integrated on first use, over slopes.
 
 use std::sync::OnceLock;
 

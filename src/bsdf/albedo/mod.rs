@@ -7,8 +7,8 @@
 //! models", 2019; Kulla and Conty, "Revisiting Physically Based Shading at Imageworks", SIGGRAPH
 //! 2017 course.
 //!
-//! Each distribution of facets has tables of its own: those of Beckmann lose more light where they are rough, and less where they are
-//! smooth. Layers have the facets of GGX alone.
+//! Each distribution of facets has tables of its own: those of Beckmann lose more light where they are rough, and less where they
+//! are smooth. Layers have the facets of GGX alone.
 //!
 //! Tables are linear between their nodes. That of isotropic facets, which most pictures use, is
 //! compiled in: `cargo test --lib write_the_table -- --ignored` writes it. The rows of the others

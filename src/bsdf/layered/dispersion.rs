@@ -1,9 +1,9 @@
 //! Dispersion: clear bodies whose index of refraction is another one for red, green and blue.
 //!
 //! A dispersive body refracts each channel in another direction. A path with several channels follows one of them, selected with
-//! equal probabilities: refracted light is scaled by the number of channels in that channel and 0 in the others, so that the mean is
-//! correct. Reflected light keeps its colour, with the reflectance for the selected channel's index,
-//! which is right on average over the channels.
+//! equal probabilities: refracted light is scaled by the number of channels in that channel and 0 in the others, so that
+//! the mean is correct. Reflected light keeps its colour, with the reflectance for the selected channel's index, which is
+//! right on average over the channels.
 //!
 //! The indices of the channels are those of Khronos, "KHR_materials_dispersion": green has the index of the body, and red
 //! and blue are as far apart as the Abbe number's lines F and C, (n - 1) / V.

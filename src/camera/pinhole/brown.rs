@@ -14,8 +14,8 @@ use crate::camera::ViewDistortion;
 /// The most steps of Newton's method, halvings of a step among them.
 const MAX_STEPS: u32 = 64;
 
-/// The largest error of a solution, in focal lengths, or in parts of a longer distance from the axis: a millionth of a pixel where these
-/// are 100,000 pixels.
+/// The largest error of a solution, in focal lengths, or in parts of a longer distance from the axis: a millionth of a
+/// pixel where these are 100,000 pixels.
 const TOLERANCE: f64 = 1e-11;
 
 /// The points of a circle at which it is checked whether the picture folds over.

@@ -1,7 +1,7 @@
 //! The lens of a pinhole by the intrinsics of a camera path.
 //!
-//! Numbers that a path leaves out are those of the scene's camera, if that is a pinhole. A path with `fx` makes a pinhole of any other
-//! camera.
+//! Numbers that a path leaves out are those of the scene's camera, if that is a pinhole. A path with `fx`
+//! makes a pinhole of any other camera.
 
 use super::{Distortion, PinholeLens};
 use crate::camera::{
@@ -10,8 +10,8 @@ use crate::camera::{
 };
 
 impl IntrinsicsOverrides {
-    /// Those by which any pinhole becomes `lens`, so that no skew and no coefficient of another one stays; `None` where a coefficient of
-    /// its distortion has no column.
+    /// Those by which any pinhole becomes `lens`, so that no skew and no coefficient of another one stays; `None` where a
+    /// coefficient of its distortion has no column.
     pub fn of(lens: &PinholeLens) -> Option<Self> {
         let distortion = lens.distortion.of_data_sets()?;
         let value = |column: &IntrinsicsColumn| match (column.part, &distortion) {

@@ -6,8 +6,8 @@ const STEPS: u32 = 4096;
 /// The most steps of an inversion: those of a bisection to the last bit.
 const MAX_STEPS: u32 = 64;
 
-/// A number at which `rises` no longer holds, while it holds at half of it, found from a guess by doubling and halving; 0 if it holds
-/// nowhere. It must not hold at infinity.
+/// A number at which `rises` no longer holds, while it holds at half of it, found from a guess by doubling and halving; 0 if it
+/// holds nowhere. It must not hold at infinity.
 pub(super) fn around_end(guess: f64, rises: impl Fn(f64) -> bool) -> f64 {
     let mut end = guess.clamp(f64::MIN_POSITIVE, f64::MAX);
     while rises(end) {
@@ -38,8 +38,8 @@ pub(super) fn rising_end(end: f64, rises: impl Fn(f64) -> bool) -> f64 {
     low
 }
 
-/// The argument up to `end` at which `f`, which rises there and returns its value and its slope, has this value; `None` if none has.
-/// Newton's method inside of a bracket.
+/// The argument up to `end` at which `f`, which rises there and returns its value and its slope, has this value; `None` if none
+/// has. Newton's method inside of a bracket.
 pub(super) fn invert(value: f64, end: f64, f: impl Fn(f64) -> [f64; 2]) -> Option<f64> {
     let (mut low, mut high) = (0.0, end);
     let in_range = f(low)[0] <= value && value <= f(high)[0];

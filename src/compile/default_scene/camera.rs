@@ -130,8 +130,8 @@ impl SuppliedCamera {
     }
 }
 
-/// The default camera, which frames `bounds` in a picture of this ratio of its sides; with a lens of this focal length, in mm, if one is
-/// given.
+/// The default camera, which frames `bounds` in a picture of this ratio of its sides; with a lens of this
+/// focal length, in mm, if one is given.
 pub(super) fn framing(bounds: &DAabb, aspect: f64, focal_length: Option<f64>) -> SuppliedCamera {
     let origin = origin::of_box(bounds).unwrap_or_default();
     let bounds = bounds.relative_to(origin);
@@ -169,7 +169,8 @@ pub(super) fn framing(bounds: &DAabb, aspect: f64, focal_length: Option<f64>) ->
     }
 }
 
-/// The index of the camera of this name, or of this number from 0. Without a name it is the first, with a warning if there are others.
+/// The index of the camera of this name, or of this number from 0. Without a name it is the first,
+/// with a warning if there are others.
 pub(super) fn chosen(
     cameras: &[ModelCamera],
     name: Option<&str>,

@@ -12,8 +12,8 @@ use crate::{
     scene::{NodeId, ObjectId},
 };
 
-/// The nodes that each object shows, by itself or by its parts, in the order of its file. So names and numbers depend neither on which
-/// nodes are visible nor on which have settings of their own, move or share their triangles.
+/// The nodes that each object shows, by itself or by its parts, in the order of its file. So names and numbers depend neither on
+/// which nodes are visible nor on which have settings of their own, move or share their triangles.
 pub(super) fn of(
     placed: &[PlacedModel],
     models: &[Arc<Model>],

@@ -6,8 +6,8 @@ use crate::denoise::Vectors;
 /// The light of a lamp at a pixel.
 type Lamp<'a> = &'a dyn Fn(i32, usize, usize) -> f32;
 
-/// Frame number `number` of a wall in the light of two lamps, which are the layers. Each half of a layer has noise of 0.3 of its light. No
-/// two frames show one scene.
+/// Frame number `number` of a wall in the light of two lamps, which are the layers. Each half of a layer has noise of 0.3 of its
+/// light. No two frames show one scene.
 fn lit(number: i32, lamps: [Lamp<'_>; 2]) -> Frame {
     let mut frame = frame(0, 0.0, 0.0, |_, _| 0.0);
     frame.number = number;

@@ -10,8 +10,8 @@ const TOP: usize = 20;
 /// The columns that the card moves in a frame.
 const STEP: usize = 6;
 
-/// Frame number `number` of a card at half of the wall's distance, whose left edge is in column `left`. Light is that of `light`, times
-/// an albedo of 0.5; a checker on the card moves with it.
+/// Frame number `number` of a card at half of the wall's distance, whose left edge is in column `left`. Light is that of `light`,
+/// times an albedo of 0.5; a checker on the card moves with it.
 fn frame_with_card(number: i32, left: usize, sigma: f32, light: impl Fn(bool, usize, usize) -> f32 + Copy) -> Frame {
     let is_card = |x: usize, y: usize| (left..left + SIDE).contains(&x) && (TOP..TOP + SIDE).contains(&y);
     let albedo = |x: usize, y: usize| match is_card(x, y) {

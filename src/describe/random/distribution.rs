@@ -5,7 +5,8 @@ use std::f64::consts::SQRT_2;
 use super::draw::{DrawKey, Numbers};
 use crate::math::trig;
 
-/// The most attempts to draw a number of a normal distribution that lies in its range. Each one has a chance of [`LEAST_SHARE`] or more.
+/// The most attempts to draw a number of a normal distribution that lies in its range. Each one has a
+/// chance of [`LEAST_SHARE`] or more.
 const MOST_ATTEMPTS: u32 = 4096;
 
 /// The deviations from its mean beyond which no number of a normal distribution is drawn, by the 53 bits of those it is made from:

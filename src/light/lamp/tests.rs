@@ -122,7 +122,8 @@ fn the_light_through_a_sphere_around_a_lamp_is_its_power() {
     }
 }
 
-/// The irradiance at `from` on a surface that faces a unit direction, by this many samples, and the share of the samples that bring light.
+/// The irradiance at `from` on a surface that faces a unit direction, by this many samples, and the share
+/// of the samples that bring light.
 fn irradiance(lamp: &Light, from: Vec3, facing: Vec3, side: u32) -> (f64, f64) {
     let (mut sum, mut lit) = (0.0, 0.0);
     for i in 0..side * side {

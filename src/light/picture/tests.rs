@@ -108,7 +108,8 @@ fn a_picture_of_one_colour_has_the_bits_of_none() {
 
 #[test]
 fn irradiance_of_a_gradient_is_the_integral_of_its_radiance() {
-    // Brighter to the right as it is seen from below, that is towards +x with -z above seen along -y: towards -x seen from the floor.
+    // Brighter to the right as it is seen from below, that is towards +x with -z above seen along
+    // -y: towards -x seen from the floor.
     let side = 64;
     let gradient = Shown::new(side, TextureFilter::Linear, |x, _| (x as f32 + 0.5) / side as f32);
     let (rect, map) = gradient.light(&format!("rect = {{ {SQUARE}, radiance = 3, texture = 'texture.g' }}"));

@@ -28,8 +28,8 @@ impl TreeChoice {
     }
 }
 
-/// The descents of points; see [`LightTree::choose_all`](super::LightTree::choose_all). They go down level by level, so that the work for different points overlaps in
-/// the processor.
+/// The descents of points; see [`LightTree::choose_all`](super::LightTree::choose_all). They go down level by level, so that the
+/// work for different points overlaps in the processor.
 pub(super) struct Descents<'a> {
     pub nodes: &'a [LightNode],
     pub points: &'a mut [TreeChoice],

@@ -2,8 +2,8 @@
 
 use super::groups::WIDTH;
 
-/// The least probability of a group that can contribute. Importance ignores occlusion and the distances within a group: a very small
-/// probability would cause fireflies.
+/// The least probability of a group that can contribute. Importance ignores occlusion and the distances within a group: a very
+/// small probability would cause fireflies.
 const MIN_PROBABILITY: f32 = 1e-4;
 
 /// The cumulative weights of a node's groups, for `N` points.

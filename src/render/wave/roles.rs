@@ -27,9 +27,9 @@ impl Wave {
         self.prims.truncate(kept);
     }
 
-    /// Splits the paths that meet a shadow catcher: a second path of the same random numbers meets catchers alone, and a third one the
-    /// background behind them, if the camera sees it. Their radiances are those of samples beyond those of the wave, by once and twice
-    /// their number.
+    /// Splits the paths that meet a shadow catcher: a second path of the same random numbers meets catchers alone, and a
+    /// third one the background behind them, if the camera sees it. Their radiances are those of samples beyond those of the
+    /// wave, by once and twice their number.
     pub(super) fn split_catchers(&mut self, context: &RenderContext<'_>) {
         let scene = context.scene;
         let samples = self.weights.len() as u32;

@@ -10,8 +10,9 @@ use crate::{
 };
 
 impl SceneBuilder {
-    /// Converts the colours of materials, textures, lights and vertices to a working space: those of bitmaps from their own primaries,
-    /// all others from Rec. 709. The caller converts those of the background. `is_color` tells whether a bitmap holds colours or data.
+    /// Converts the colours of materials, textures, lights and vertices to a working space: those of bitmaps from
+    /// their own primaries, all others from Rec. 709. The caller converts those of the background. `is_color` tells
+    /// whether a bitmap holds colours or data.
     pub fn convert_colors(&mut self, space: WorkingSpace, is_color: impl Fn(BitmapId) -> bool) {
         self.convert_textures(space, is_color);
         if space == WorkingSpace::Rec709 {

@@ -61,8 +61,8 @@ const BRICK: Brick = Brick {
     seed: 1,
 };
 
-/// A pattern, the means that its manual page tells on s and t and in space, and the part of the error of a single point that a footprint of the
-/// width of half a feature has, at most.
+/// A pattern, the means that its manual page tells on s and t and in space, and the part of the error of a single point that a
+/// footprint of the width of half a feature has, at most.
 struct Example {
     pattern: Pattern,
     means: [Rgb; 2],

@@ -16,7 +16,8 @@ pub enum Family {
     Other,
 }
 
-/// A camera model: its number and its name, and the numbers of focal lengths and coefficients. Two for the centre stand between these.
+/// A camera model: its number and its name, and the numbers of focal lengths and coefficients. Two
+/// for the centre stand between these.
 #[derive(Debug)]
 pub struct CameraModel {
     pub number: i32,

@@ -81,7 +81,8 @@ impl PathDocument {
         self.path.as_ref()
     }
 
-    /// Adds a key, or replaces that of the same frame, whose frame or time stays as it is written. The key looks at a target; in a file with rotations it becomes a rotation.
+    /// Adds a key, or replaces that of the same frame, whose frame or time stays as it is written. The key looks at a target; in a
+    /// file with rotations it becomes a rotation.
     ///
     /// New parameters of the lens become columns, in which the other keys get the values of `scene`, the lens of the scene. An
     /// interpolation or a name that the key does not have is not changed.

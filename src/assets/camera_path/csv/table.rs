@@ -85,7 +85,8 @@ impl Row {
     }
 }
 
-/// Returns the header that a comment above `first` holds, as `numpy.savetxt` writes it: `first` has numbers, and the comment a name for each.
+/// Returns the header that a comment above `first` holds, as `numpy.savetxt` writes it: `first` has numbers,
+/// and the comment a name for each.
 fn commented_header(comments: &[(usize, String)], first: &Row, separator: u8) -> Option<Row> {
     if !first.is_of_numbers() {
         return None;

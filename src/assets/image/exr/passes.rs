@@ -1,7 +1,7 @@
 //! All passes of an EXR file.
 //!
-//! A pass is the channels of a part whose names begin alike: `albedo.R`, `albedo.G`, `albedo.B`. A channel without a point in its name is a pass
-//! of its own, but for `R`, `G`, `B` and `A`, which are one without a name.
+//! A pass is the channels of a part whose names begin alike: `albedo.R`, `albedo.G`, `albedo.B`. A channel without a point in its
+//! name is a pass of its own, but for `R`, `G`, `B` and `A`, which are one without a name.
 
 use std::collections::BTreeMap;
 

@@ -98,8 +98,8 @@ fn displaced_square_is_the_field_of_heights_with_its_normals() {
         assert!((p.y - expected).abs() < 0.4 / 65535.0, "{p}, not {expected}");
         let is_within = p.x.abs().max(p.z.abs()) < 1.0;
         let slope = DVec3::new(-0.4 * along_x, 1.0, -0.4 * along_z).normalize();
-        // Steps are 1/16 m. On the boundary a slope is off by half a step times the largest curvature, 0.4 * 8 m^-1; within, by less than
-        // a tenth of it.
+        // Steps are 1/16 m. On the boundary a slope is off by half a step times the largest curvature, 0.4 * 8 m^-1;
+        // within, by less than a tenth of it.
         let bound: f64 = if is_within { 0.01 } else { 0.1 };
         assert!(
             normal.as_dvec3().distance(slope) < bound,

@@ -10,7 +10,8 @@ use crate::{
 
 #[test]
 fn faces_that_lose_corners_and_odd_edges_do_no_harm() {
-    // A sheet with three wings, a cone whose base is a point, a face with a corner twice, and one that is wound the other way round.
+    // A sheet with three wings, a cone whose base is a point, a face with a corner twice, and one
+    // that is wound the other way round.
     let positions = [
         Vec3::ZERO,
         Vec3::Y,

@@ -1,7 +1,7 @@
 //! Run-length encodings of the pixels of an object.
 //!
-//! The lengths of runs of 0 and 1 by turns down the columns, each but the first two as the difference from the one but one before it, in
-//! groups of 5 bits from the lowest with a sixth bit where more follow, as characters from `0` on.
+//! The lengths of runs of 0 and 1 by turns down the columns, each but the first two as the difference from the one but one before
+//! it, in groups of 5 bits from the lowest with a sixth bit where more follow, as characters from `0` on.
 
 /// The pixels of an object, as runs down the columns.
 #[derive(Default)]

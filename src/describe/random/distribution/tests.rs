@@ -26,8 +26,8 @@ fn lists(distribution: &str) -> Vec<[f64; 3]> {
     texts(distribution).iter().map(list).collect()
 }
 
-/// Checks by the test of Kolmogorov and Smirnov that numbers have this cumulative distribution. By chance alone, one set in 10^5 would
-/// fail.
+/// Checks by the test of Kolmogorov and Smirnov that numbers have this cumulative distribution. By chance
+/// alone, one set in 10^5 would fail.
 fn check(mut numbers: Vec<f64>, cumulative: impl Fn(f64) -> f64) {
     numbers.sort_by(f64::total_cmp);
     let count = numbers.len() as f64;
