@@ -2,8 +2,9 @@
 
 use super::{Rgb, Vec3};
 
-/// The number of lanes of a block.
-pub const LANES: usize = 8;
+/// The number of lanes of a block: what fills a vector of AVX-512, and two of AVX2. With 8 lanes pictures take 1 to 4 % longer with
+/// AVX-512, and as long with AVX2.
+pub const LANES: usize = 16;
 
 /// A number of each lane.
 pub type Each<T = f32> = [T; LANES];

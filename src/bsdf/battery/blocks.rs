@@ -27,7 +27,10 @@ fn compare<B: BsdfBlock>(plane: Option<Vec3>) -> Vec<String> {
     let mut held = Vec::new();
     for Example { name, bsdf, .. } in examples() {
         let Some(single) = B::kind(&bsdf) else { continue };
-        let views = [0.9, 0.4, 0.05, 1.0].map(|cos| direction(cos, 3.0 * cos));
+        let views: [_; LANES / 2] = std::array::from_fn(|lane| {
+            let cos = [0.9, 0.4, 0.05, 1.0][lane % 4];
+            direction(cos, 3.0 * cos + (lane / 4) as f32)
+        });
         let mut block = B::EMPTY;
         // The other half of the lanes is of no surface.
         if !(0..LANES / 2).all(|lane| block.set(lane, single)) {
@@ -39,12 +42,12 @@ fn compare<B: BsdfBlock>(plane: Option<Vec3>) -> Vec<String> {
         for i in 0..400 {
             let mut wi = [[0.0; LANES]; 3];
             for lane in 0..LANES / 2 {
-                let (uc, u) = numbers(8 * i + lane as u32);
+                let (uc, u) = numbers(LANES as u32 * i + lane as u32);
                 set(&mut wi, lane, direction(2.0 * u.x - 1.0, 9.0 * uc));
             }
             let mut eval = block.eval(&wi);
             folds.add(&mut eval, &wi, &block.eval(&folds.mirrored(&wi)));
-            let drawn: [_; LANES] = std::array::from_fn(|lane| numbers(5000 + 8 * i + lane as u32));
+            let drawn: [_; LANES] = std::array::from_fn(|lane| numbers(LANES as u32 * (1000 + i) + lane as u32));
             let mut sampled = block.sample(&drawn.map(|(uc, _)| uc), &drawn.map(|(_, u)| Sample2D::from(u)));
             let images = folds.mirrored(&sampled.wi);
             folds.fold(&mut sampled, &images, &block.eval(&images).pdf);

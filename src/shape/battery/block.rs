@@ -18,8 +18,8 @@ fn blocks_give_the_bits_of_single_rays() {
             let rays: [Ray; LANES] = std::array::from_fn(|lane| {
                 let mut ray = e.ray(&mut random, distance);
                 match round % 16 {
-                    13 => ray.d[lane % 3] = [0.0, -0.0][lane / 4],
-                    14 => ray.d = Vec3::AXES[lane % 3] * [1.0, -2.0][lane / 4],
+                    13 => ray.d[lane % 3] = [0.0, -0.0][lane / 4 % 2],
+                    14 => ray.d = Vec3::AXES[lane % 3] * [1.0, -2.0][lane / 4 % 2],
                     15 => ray.tmin = [0.1, 1.0, f32::NAN, f32::MIN][lane % 4],
                     _ => {}
                 }
