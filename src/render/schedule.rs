@@ -91,8 +91,9 @@ impl SampleBudget {
 /// for another sample.
 ///
 /// With a time limit, rounds are as short as waves allow, and none is started that would exceed the remaining time by the pace
-/// so far. A budget that doubles has a round for each of its stops.
-pub fn next_round(budget: &SampleBudget, done: u32, elapsed: Duration) -> Option<Range<u32>> {
+/// so far. A budget that doubles has a round for each of its stops. Rounds that `are_fixed` depend on the time only by their number,
+/// for frames whose bits depend on the rounds.
+pub fn next_round(budget: &SampleBudget, are_fixed: bool, done: u32, elapsed: Duration) -> Option<Range<u32>> {
     /// The samples of a pixel that a wave of a tile holds.
     const WAVE_SAMPLES: u32 = 16;
     let doubled = budget.next_stop(done) - done;
@@ -108,9 +109,13 @@ pub fn next_round(budget: &SampleBudget, done: u32, elapsed: Duration) -> Option
             let pace = elapsed.as_secs_f64() / f64::from(done);
             // The cast saturates.
             let fitting = (time.saturating_sub(elapsed).as_secs_f64() / pace) as u32;
-            match budget.doubles {
-                true => Some(doubled).filter(|step| *step <= fitting).unwrap_or(0),
-                false => fitting.min(done).min(WAVE_SAMPLES),
+            let wanted = match budget.doubles {
+                true => doubled,
+                false => done.min(WAVE_SAMPLES).min(budget.max - done),
+            };
+            match budget.doubles || are_fixed {
+                true => Some(wanted).filter(|step| *step <= fitting).unwrap_or(0),
+                false => fitting.min(wanted),
             }
         }
     };
@@ -167,7 +172,7 @@ mod tests {
 
     /// The first sample of each round, and the end of the last.
     fn rounds(budget: SampleBudget) -> Vec<u32> {
-        let next = |done| next_round(&budget, done, Duration::ZERO);
+        let next = |done| next_round(&budget, false, done, Duration::ZERO);
         let rounds = std::iter::successors(next(0), |round| next(round.end));
         std::iter::once(0).chain(rounds.map(|round| round.end)).collect()
     }
@@ -196,8 +201,14 @@ mod tests {
     #[test]
     fn a_limit_of_time_is_kept_by_the_pace_so_far_and_leaves_one_sample_at_least() {
         let seconds = Duration::from_secs;
-        let next =
-            |limit, done, elapsed| next_round(&SampleBudget::fixed(64).within(seconds(limit)), done, seconds(elapsed));
+        let next = |limit, done, elapsed| {
+            next_round(
+                &SampleBudget::fixed(64).within(seconds(limit)),
+                false,
+                done,
+                seconds(elapsed),
+            )
+        };
         assert_eq!(next(0, 0, 0), Some(0..1));
         assert_eq!(next(0, 1, 5), None);
         // Two samples in 2 s leave time for 8 more, but rounds double.
@@ -207,6 +218,16 @@ mod tests {
         assert_eq!(next(100, 40, 4), Some(40..56));
         assert_eq!(next(100, 56, 4), Some(56..64));
         assert_eq!(next(100, 64, 4), None);
+        let fixed = |limit, done, elapsed| {
+            next_round(
+                &SampleBudget::fixed(60).within(seconds(limit)),
+                true,
+                done,
+                seconds(elapsed),
+            )
+        };
+        assert_eq!((fixed(10, 2, 2), fixed(10, 8, 8)), (Some(2..4), None));
+        assert_eq!((fixed(100, 40, 4), fixed(100, 56, 4)), (Some(40..56), Some(56..60)));
     }
 
     #[test]
@@ -218,7 +239,7 @@ mod tests {
         };
         let stops = std::iter::successors(Some(budget.next_stop(0)), |stop| Some(budget.next_stop(*stop)));
         assert_eq!(stops.take(6).collect::<Vec<_>>(), [3, 6, 12, 25, 50, 50]);
-        let next = |done, elapsed| next_round(&budget, done, seconds(elapsed));
+        let next = |done, elapsed| next_round(&budget, false, done, seconds(elapsed));
         assert_eq!((next(0, 20), next(3, 5), next(3, 6)), (Some(0..3), Some(3..6), None));
         assert_eq!((next(25, 5), next(25, 6), next(50, 6)), (Some(25..50), None, None));
         // One sample has no halves, and two have.

@@ -131,7 +131,7 @@ impl<'a> Progress<'a> {
     /// Renders all rounds. Returns the number of samples of each pixel.
     fn run<S: FrameScenes>(&mut self, (scenes, moments): (&mut S, Option<Moments>)) -> Result<u32, S::Error> {
         let mut done = self.tiles.samples();
-        while let Some(mut samples) = self.next_round(done) {
+        while let Some(mut samples) = self.next_round(moments.is_some(), done) {
             if let Some(moments) = moments {
                 samples = self.tiles.begin_sweep(schedule::sweep(&self.budget, samples));
                 for moment in (0..moments.count()).map(|index| moments.get(index)) {
@@ -156,9 +156,9 @@ impl<'a> Progress<'a> {
         Ok(done)
     }
 
-    fn next_round(&self, done: u32) -> Option<Range<u32>> {
+    fn next_round(&self, moves: bool, done: u32) -> Option<Range<u32>> {
         let elapsed = self.before + self.start.elapsed();
-        schedule::next_round(&self.budget, done, elapsed).or(self.tiles.sweep.clone())
+        schedule::next_round(&self.budget, moves, done, elapsed).or(self.tiles.sweep.clone())
     }
 
     /// Gives all tiles these samples.

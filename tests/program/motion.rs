@@ -320,3 +320,26 @@ fn a_frame_of_a_job_that_is_not_run_equals_the_one_in_its_file() {
         assert!(rgb.eq(written), "{number}");
     }
 }
+
+#[test]
+fn frames_of_any_time_limit_have_the_same_bits_and_are_told_from_those_without_one() {
+    let scene = SCENE.replace("emitter = { radiance = 1 }", "emitter = { radiance = [0.1, 0.7, 1.3] }");
+    let job = [&JOB[..], &["--range", "1-2", "--samples", "50"]].concat();
+    let [hour, day] = ["1h", "24h"].map(|limit| {
+        let folder = folder(&scene, TABLE);
+        folder.succeed(&[&job[..], &["--time-limit", limit]].concat());
+        folder
+    });
+    for frame in ["f.0001.exr", "f.0002.exr"] {
+        assert!(hour.read(frame) == day.read(frame), "{frame}");
+    }
+    let said = hour.succeed(&[&job[..], &["--time-limit", "2h"]].concat());
+    assert!(said.contains("0 frames rendered, 2 skipped"), "{said}");
+    let said = hour.succeed(&job);
+    assert!(said.contains("2 frames rendered"), "{said}");
+    // A frame that rests has all its samples in one order.
+    let still = folder(&scene.replace("shutter = [0, 0.5]\n", ""), TABLE);
+    still.succeed(&[&job[..], &["--time-limit", "1h"]].concat());
+    let said = still.succeed(&job);
+    assert!(said.contains("0 frames rendered, 2 skipped"), "{said}");
+}

@@ -140,6 +140,9 @@ struct Hashed<'a> {
     /// Those at the later moments of the shutter, and at the neighbouring frames if a pass follows motion.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     further_moments: Vec<Moment<'a>>,
+    /// Whether a scene that may move in the frame is rendered in the rounds of a time limit, which add its samples in another order.
+    #[serde(skip_serializing_if = "<&bool as std::ops::Not>::not")]
+    in_rounds: bool,
     /// Those at the frame that the exposure suits.
     #[serde(skip_serializing_if = "Option::is_none")]
     metered_moment: Option<Moment<'a>>,
@@ -208,6 +211,7 @@ impl<'a> Hashed<'a> {
         let metered = picture.metering_camera.as_ref().map(|_| plan.first_frame);
         let moments = frame.map(|frame| moments(plan, settings, motion, frame));
         let (moment, further) = moments.unwrap_or_default();
+        let may_move = moment.is_some() && frame.is_some_and(|(_, camera)| camera.duration() > 0.0);
         let (number, camera) = frame.unzip();
         let number = number.unwrap_or(0);
         Self {
@@ -240,6 +244,7 @@ impl<'a> Hashed<'a> {
             neighbours: camera.filter(|_| motion).map(|camera| camera.neighbours().clone()),
             moment,
             further_moments: further,
+            in_rounds: may_move && samples.time.is_some(),
             metered_moment: metered.and_then(|first| plan.moment(first)),
             shown: picture.shown,
             view: picture.view,
