@@ -75,6 +75,7 @@ pub struct LobeState {
 
 impl Layered {
     pub fn new(layers: Layers) -> Self {
+        let layers = layers.between_media();
         let coat_facets = if layers.coat > 0.0 {
             layers.coat_facets
         } else {

@@ -57,8 +57,8 @@
 //! ```
 //!
 //! The layers from the top are sheen, clear coat, and a mix of metal, diffuse base and glass. Each layer dims those below by
-//! what it reflects: a white material loses less than 2 % of the light at any roughness and angle, and gains none (up to an
-//! index of 4). Both sides scatter light.
+//! what it reflects: a white material loses less than 2 % of the light at any roughness and angle, or 16 % with `iridescence`,
+//! and gains none (up to an index of 4). Both sides scatter light.
 //!
 //! Without `thickness` and `attenuation_distance` the surface is a thin sheet, and transmitted light goes straight through.
 //! Highlights are not stretched on surfaces that refract light into a volume: the roughness has the same mean square alpha.

@@ -211,3 +211,29 @@ fn a_flat_emitter_does_not_light_itself() {
         assert!((two / one - 1.0).abs() < 1e-5, "{sheet}: {one} {two}");
     }
 }
+
+#[test]
+fn a_rough_surface_between_equal_media_bends_no_light() {
+    // Bright walls beside a dark gap, which the camera looks at through a body.
+    let seen = |keys: &str| {
+        let wall = |from: f64, to: f64| {
+            format!(
+                "[[object]]\nmaterial = 'lamp'\nshape.quad = {{ corners = [[{from}, -2, -2], [{to}, -2, -2], [{to}, 2, -2], [{from}, 2, -2]] }}\n"
+            )
+        };
+        let scene = format!(
+            "[camera]\nperspective = {{ eye = [0, 0, 4], target = [0, 0, 0], fov = 2 }}\n\
+             [material.body]\nprincipled = {{ base_color = 1, transmission = 1, roughness = 0.7, {keys} }}\n\
+             [[object]]\nmaterial = 'body'\nshape.sphere = {{ radius = 0.6 }}\n{}{}",
+            wall(-2.0, -0.3),
+            wall(0.3, 2.0)
+        );
+        mean("samples = 64\nintegrator.path = { max_depth = 12 }", &scene)[1]
+    };
+    let (equal, nearly, sheet) = (
+        seen("ior = 1, thickness = 1"),
+        seen("ior = 1.003, thickness = 1"),
+        seen("ior = 1.5"),
+    );
+    assert!(equal < 0.01 && nearly < 0.01 && sheet > 0.2, "{equal} {nearly} {sheet}");
+}

@@ -2,7 +2,11 @@
 
 use super::hero_channel::HeroChannel;
 use crate::{
-    bsdf::{is_equal_ior, microfacet::Ggx, thin_film::ThinFilm},
+    bsdf::{
+        EQUAL_IOR, is_equal_ior,
+        microfacet::{Facets as _, Ggx},
+        thin_film::ThinFilm,
+    },
     math::{Rgb, Vec2, Vec3},
 };
 
@@ -115,6 +119,16 @@ impl Layers {
     pub fn immersed(self, outside: f32) -> Self {
         Self {
             ior: self.ior / outside,
+            ..self
+        }
+    }
+
+    /// These layers, where rough facets lie between equal media with an index that just counts as another: facets pass light all but
+    /// unbent then, and those of a sheet would scatter it.
+    pub(super) fn between_media(self) -> Self {
+        let is_unbent = self.boundary == Boundary::Solid && !self.facets.is_smooth() && is_equal_ior(self.ior, 1.0);
+        Self {
+            ior: if is_unbent { 1.0 + 2.0 * EQUAL_IOR } else { self.ior },
             ..self
         }
     }
