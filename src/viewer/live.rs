@@ -243,7 +243,7 @@ impl ViewJob<'_> {
         let image = FrameImage {
             film,
             shown: plan.picture.shown,
-            coverage: base.coverage(plan, camera.fills_film()),
+            coverage: base.coverage(plan, plan.fills_film && camera.fills_film()),
             metadata: &metadata,
         };
         // Encoding a non-empty picture into memory cannot fail.
