@@ -122,9 +122,15 @@ fn uncover(beauty: [f32; 4], [with, without, behind]: [[f32; 4]; 3]) -> [f32; 4]
     }
     let ratios = (0..3).filter(|&c| without[c] > 0.0).map(|c| with[c] / without[c]);
     let kept = ratios.fold(1.0, f32::min).max(0.0);
-    let mut pixel: [f32; 4] = std::array::from_fn(|c| beauty[c] + kept * (behind[c] - without[c]));
+    let mut pixel: [f32; 4] = std::array::from_fn(|c| difference(beauty[c] + kept * behind[c], kept * without[c]));
     pixel[3] = pixel[3].clamp(0.0, 1.0);
     pixel
+}
+
+/// `a - b`, and 0 where rounding alone makes less than that of it.
+fn difference(a: f32, b: f32) -> f32 {
+    let is_rounding = a < b && b - a <= 4.0 * f32::EPSILON * b;
+    if is_rounding { 0.0 } else { a - b }
 }
 
 /// The pixel before a background that is seen.
@@ -134,7 +140,7 @@ fn on_plate(beauty: [f32; 4], [with, without, behind]: [[f32; 4]; 3]) -> [f32; 4
     let mut pixel = beauty;
     for c in 0..3 {
         let (w, o, b) = (with[c], without[c], behind[c]);
-        pixel[c] = beauty[c] - w + (ratio(w, o) * b + ratio(b, o) * (w - o).max(0.0));
+        pixel[c] = difference(beauty[c], w) + (ratio(w, o) * b + ratio(b, o) * (w - o).max(0.0));
     }
     pixel[3] = pixel[3].clamp(0.0, 1.0);
     pixel
@@ -213,6 +219,18 @@ mod tests {
             let [r, g, b, a] = catchers.pixel(0, beauty.resolve());
             assert_near([r, g, b], (shown * 0.5 + Rgb::gray(0.5)).to_array());
             assert_eq!(a, 1.0);
+        }
+    }
+
+    #[test]
+    fn no_rounding_makes_light_negative() {
+        for i in 0..10_000 {
+            let part = |k: u32| (i as f32 * 0.618_034 * (k + 1) as f32).fract();
+            let (without, ratio) = ([part(1), part(2), part(3), 1.0], part(4));
+            // The channels have nearly the same ratio, which is that of the least.
+            let with = [0, 1, 2, 3].map(|c| if c < 3 { without[c] * ratio } else { 1.0 });
+            let pixel = uncover(with, [with, without, [0.0; 4]]);
+            assert!(pixel.iter().all(|v| *v >= 0.0), "{pixel:?}");
         }
     }
 
