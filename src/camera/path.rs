@@ -13,7 +13,7 @@
 //!
 //! Each optional quantity is a curve through the keys that give it. Before the first and after the
 //! last of these keys it is constant. Times before the first or after the last key of the path are
-//! errors. The intrinsics of a calibrated camera hold from their key to the next.
+//! errors. The intrinsics of calibrated cameras hold from their key to the next; those of columns are curves.
 
 use std::{mem::discriminant, ops::RangeInclusive};
 
@@ -109,10 +109,13 @@ pub struct CameraState {
 impl CameraState {
     /// Returns the lens of the scene's camera with the overrides of the path.
     pub fn apply(&self, scene: &Lens) -> Lens {
-        let base = self
-            .pinhole
-            .map_or_else(|| self.lens.intrinsics.base(scene), Lens::from);
-        base.with_overrides(&self.lens, self.target_distance)
+        self.base(scene).with_overrides(&self.lens, self.target_distance)
+    }
+
+    /// The lens of the scene's camera, or that of the intrinsics of the path in its place.
+    pub fn base(&self, scene: &Lens) -> Lens {
+        self.pinhole
+            .map_or_else(|| self.lens.intrinsics.base(scene), Lens::from)
     }
 
     /// The intrinsics, if the path has a focal length in pixels.
@@ -309,23 +312,13 @@ impl CameraPath {
         self.lens.at(frame)
     }
 
-    /// The camera when the shutter opens and when it closes for the picture of `frame`, by the
-    /// path's own shutter or, where it has none, by `otherwise`. They depend on the path and the
-    /// frame alone, not on which frames are rendered. A picture belongs to one shot: the camera
-    /// stands still before the first key and after the last one, and beyond a cut.
+    /// The times that the picture of `frame` sees, by the path's own shutter or, where it has none, by `otherwise`. They depend on the
+    /// path and the frame alone, not on which frames are rendered. A picture belongs to one shot: the camera stands still before the
+    /// first key and after the last one, beyond a cut, and in a picture of [`CameraPath::pictures`].
     ///
     /// # Errors
     /// As those of [`CameraPath::at`].
-    pub fn over_shutter(&self, frame: f64, otherwise: Timing) -> Result<[CameraState; 2], PathError> {
-        let interval = self.shutter_interval(frame, otherwise)?;
-        Ok([self.at(interval.time(0.0))?, self.at(interval.time(1.0))?])
-    }
-
-    /// The times that the picture of `frame` sees, by the same rules.
-    ///
-    /// # Errors
-    /// As those of [`CameraPath::at`].
-    pub fn shutter_interval(&self, frame: f64, otherwise: Timing) -> Result<ShutterInterval, PathError> {
+    fn shutter_interval(&self, frame: f64, otherwise: Timing) -> Result<ShutterInterval, PathError> {
         let state = self.at(frame)?;
         let timing = Timing {
             shutter: state.shutter.unwrap_or(otherwise.shutter),
@@ -334,12 +327,14 @@ impl CameraPath {
                 ..otherwise.readout
             },
         };
+        let is_picture = |pictures: &[i64]| frame.fract() == 0.0 && pictures.binary_search(&(frame as i64)).is_ok();
         let next = self.cuts.partition_point(|cut| *cut <= frame);
         Ok(ShutterInterval {
             frame,
             timing,
             begin: next.checked_sub(1).map_or(self.first, |i| self.cuts[i]),
             end: self.cuts.get(next).map_or(self.last, |cut| cut.next_down()),
+            rests: self.pictures().is_some_and(is_picture),
         })
     }
 

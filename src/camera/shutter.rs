@@ -101,11 +101,16 @@ pub struct ShutterInterval {
     /// The limits of the shot that the frame belongs to; the camera does not move beyond them.
     pub begin: f64,
     pub end: f64,
+    /// Whether the camera stands still while the picture is taken.
+    pub rests: bool,
 }
 
 impl ShutterInterval {
-    /// Returns the time in frames at the fraction `u`, from 0 to 1, of the interval.
+    /// Returns the time in frames at which the camera is at the fraction `u`, from 0 to 1, of the interval.
     pub fn time(&self, u: f64) -> f64 {
+        if self.rests {
+            return self.frame;
+        }
         let open = self.timing.shutter.open;
         (self.frame + (open + self.timing.duration() * u)).clamp(self.begin, self.end)
     }

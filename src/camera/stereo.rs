@@ -148,6 +148,7 @@ impl FromStr for Stereo {
             let is_given = match key {
                 "ipd" => ipd.is_some(),
                 "convergence" => convergence.is_some(),
+                "layout" => layout.is_some(),
                 _ => key == "eye" && side.is_some(),
             };
             if is_given {

@@ -241,5 +241,15 @@ proptest! {
             let off = (back[0] - f64::from(x)).abs();
             prop_assert!(off.min(400.0 - off) < 0.05, "{off}");
         }
+        // The circle that a fisheye of 360 degrees fills, but for its edge, which is the direction behind.
+        let fisheye = camera("fisheye = { eye = [0, 0, 0], target = [0, 0, -1], fov = 360 }", [400, 400]);
+        let place = Vec2::new(x, 2.0 * y) - Vec2::splat(200.0);
+        if place.length() < 199.0 {
+            let along = ray(&fisheye, x, 2.0 * y).d.as_dvec3();
+            let angle = libm::acos((-along.z).clamp(-1.0, 1.0));
+            prop_assert!((angle / PI * 200.0 - f64::from(place.length())).abs() < 0.05);
+            let back = fisheye.project(along * 3.0).expect("it is seen");
+            prop_assert!((back.x - f64::from(x)).abs() < 0.05 && (back.y - f64::from(2.0 * y)).abs() < 0.05, "{back}");
+        }
     }
 }

@@ -201,6 +201,33 @@ fn names_last_until_the_next_one() {
     assert_eq!(names, ["", "wide", "wide", "close"]);
 }
 
+/// The camera when the shutter opens and when it closes.
+fn over_shutter(path: &CameraPath, frame: f64, otherwise: Timing) -> Result<[CameraState; 2], PathError> {
+    let interval = path.shutter_interval(frame, otherwise)?;
+    Ok([path.at(interval.time(0.0))?, path.at(interval.time(1.0))?])
+}
+
+#[test]
+fn pictures_are_views_of_their_own_and_the_camera_moves_between_them_alone() {
+    let keys = [
+        looking(1.0, DVec3::X),
+        looking(5.0, DVec3::X * 5.0),
+        looking(9.0, DVec3::X * 9.0),
+    ];
+    let path = CameraPath::new(&keys).expect("a path").of_pictures(vec![1, 5, 9]);
+    let half = Shutter { open: 0.0, close: 0.5 };
+    let moves = |frame: f64| {
+        let [open, shut] = over_shutter(&path, frame, half.into()).expect("inside");
+        open.pose != shut.pose
+    };
+    assert_eq!([1.0, 3.0, 5.0, 5.25, 9.0].map(moves), [false, true, false, true, false]);
+    let camera = path.with_scene_timing(half.into());
+    let camera = camera
+        .frame_camera(5.0, |_| Ok::<_, PathError>(Lens::default()), [100, 100])
+        .expect("a camera");
+    assert!(!camera.moves() && camera.duration() == 0.5 && camera.neighbours().next.is_some());
+}
+
 #[test]
 fn the_shutter_opens_and_closes_on_the_same_curve_and_stops_at_its_ends() {
     let path = CameraPath::new(&[looking(0.0, DVec3::X), looking(10.0, DVec3::X * 11.0)]).expect("a path");
@@ -209,7 +236,7 @@ fn the_shutter_opens_and_closes_on_the_same_curve_and_stops_at_its_ends() {
         close: 0.25,
     };
     let eyes = |frame| {
-        path.over_shutter(frame, half.into())
+        over_shutter(&path, frame, half.into())
             .expect("inside")
             .map(|state| state.pose.eye().x)
     };
@@ -217,14 +244,14 @@ fn the_shutter_opens_and_closes_on_the_same_curve_and_stops_at_its_ends() {
     assert!(close(eyes(4.0), [4.75, 5.25]));
     assert!(close(eyes(0.0), [1.0, 1.25]));
     assert!(close(eyes(10.0), [10.75, 11.0]));
-    assert!(path.over_shutter(11.0, half.into()).is_err());
+    assert!(over_shutter(&path, 11.0, half.into()).is_err());
 
     let own = PathKey {
         shutter: Some(Shutter { open: 0.0, close: 0.5 }),
         ..looking(0.0, DVec3::X)
     };
     let path = CameraPath::new(&[own, looking(10.0, DVec3::X * 11.0)]).expect("a path");
-    let [open, shut] = path.over_shutter(4.0, half.into()).expect("inside");
+    let [open, shut] = over_shutter(&path, 4.0, half.into()).expect("inside");
     assert_eq!((open.frame, shut.frame), (4.0, 4.5));
 }
 
@@ -243,7 +270,7 @@ fn a_picture_never_shows_both_sides_of_a_cut() {
     .expect("a path");
     let wide = Shutter { open: -0.5, close: 1.5 };
     let eyes = |frame| {
-        let states = path.over_shutter(frame, wide.into()).expect("inside");
+        let states = over_shutter(&path, frame, wide.into()).expect("inside");
         states.map(|state| state.pose.eye().x)
     };
     assert_eq!(eyes(2.0), [1.5, 2.0]);
