@@ -26,6 +26,8 @@ pub struct Source {
     pub scene: PathBuf,
     pub request: Request,
     pub options: ViewerOptions,
+    /// The threads of a job.
+    pub threads: usize,
 }
 
 impl Source {

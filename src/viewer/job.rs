@@ -57,6 +57,7 @@ pub fn start(session: &Arc<Session>) -> Result<(), String> {
 
 fn run(session: &Session, request: &Request, cancel: &Cancel) -> Result<Summary, Error> {
     let pool = ThreadPoolBuilder::new()
+        .num_threads(session.source.threads)
         .thread_name(|i| format!("job {i}"))
         .build()
         .map_err(|e| Error::threads("the threads of the job", &e))?;

@@ -263,7 +263,7 @@ impl ViewJob<'_> {
         let view = &self.task.view;
         let seconds = self.begun.elapsed().as_secs_f64();
         let rays = self.counters.rays() - self.rays;
-        let lens = self.task.base.lens;
+        let lens = view.lens(&self.task.base);
         let lens = match &view.path {
             Some(path) => path.at(view.frame).map(|state| state.apply(&lens)),
             None => view.camera.state(view.frame).map(|state| state.apply(&lens)),

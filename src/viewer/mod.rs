@@ -4,8 +4,8 @@
 //! newest one and cancels older ones. It uses the plan of the batch job: the last picture of a view has the pixels that the job
 //! writes.
 //!
-//! Every request needs the secret of the address. The viewer writes only the camera path file and,
-//! on request, the files of the job.
+//! Every request needs the secret of the address. The viewer writes only the camera path file, with a copy of
+//! the old one, and, on request, the files of the job.
 
 use std::{
     io,
@@ -67,6 +67,7 @@ impl Viewer {
             scene: scene.to_owned(),
             request: request.clone(),
             options: options.clone(),
+            threads: rayon::current_num_threads(),
         };
         let session = Arc::new(Session::open(source)?);
         let failed = |cause: io::Error| Error::Listen {

@@ -94,6 +94,7 @@ impl Session {
                     frame,
                     camera,
                     path,
+                    lens: None,
                     is_home,
                 },
                 plan,
@@ -189,13 +190,14 @@ impl Session {
             return Err("a number of the camera is out of range".to_owned());
         }
         let mut state = self.lock();
-        let lens = &state.base.lens;
+        let mut view = state.view.clone();
+        view.leave_path(&state.base);
+        let lens = view.lens(&state.base);
         if let Some(column) = unsupported(&camera.lens, lens.columns()) {
             return Err(format!("the scene's {} camera has no use for {column}", lens.name()));
         }
         camera.state(state.view.frame).map_err(|e| e.to_string())?;
-        state.view.camera = camera;
-        (state.view.path, state.view.is_home) = (None, false);
+        state.view = View { camera, ..view };
         self.change(&mut state, (client, seq));
         Ok(())
     }
@@ -205,7 +207,7 @@ impl Session {
         let mut state = self.lock();
         let home = state.base.home_camera(state.view.whole_frame());
         state.view.camera = home.ok_or("the scene has no camera of its own")?;
-        (state.view.path, state.view.is_home) = (None, true);
+        (state.view.path, state.view.lens, state.view.is_home) = (None, None, true);
         self.change(&mut state, from);
         Ok(())
     }

@@ -6,7 +6,7 @@ use super::{base::Base, camera::ViewCamera, look::Look};
 use crate::{
     batch::Plan,
     camera::{
-        FilmSize, FrameCamera, Neighbours, PictureCamera,
+        FilmSize, FrameCamera, Lens, Neighbours, PictureCamera,
         path::{CameraPath, PathError},
     },
     render::Cancel,
@@ -25,6 +25,8 @@ pub struct View {
     pub camera: ViewCamera,
     /// The path that gives the camera at the frame; `None` for `camera` itself.
     pub path: Option<Arc<CameraPath>>,
+    /// The lens of the intrinsics of the path that the camera has left, in place of the scene's.
+    pub lens: Option<Lens>,
     /// Whether the camera is the scene's own, which values or animations move, where there is no path.
     pub is_home: bool,
 }
@@ -35,9 +37,22 @@ impl View {
         self.frame.round() as i32
     }
 
+    /// The lens that the camera and paths override.
+    pub fn lens(&self, base: &Base) -> Lens {
+        self.lens.filter(|_| self.path.is_none()).unwrap_or(base.lens)
+    }
+
+    /// Takes the camera off the path, whose lens it keeps.
+    pub fn leave_path(&mut self, base: &Base) {
+        if let Some(state) = self.path.take().and_then(|path| path.at(self.frame).ok()) {
+            self.lens = Some(state.base(&base.lens));
+        }
+        self.is_home = false;
+    }
+
     /// The camera for a film.
     pub fn frame_camera(&self, base: &Base, film: FilmSize) -> Result<FrameCamera, PathError> {
-        let lens = &base.lens;
+        let lens = &self.lens(base);
         let Some(path) = &self.path else {
             let own = || base.job.frame_camera(self.whole_frame(), film).ok();
             if let Some(own) = (self.is_home && base.job.moves_camera()).then(own).flatten() {

@@ -195,3 +195,23 @@ fn the_scenes_own_camera_moves_with_its_table_until_the_user_moves_it() {
     page.ask(json!({ "t": "home" }));
     follows(&mut page);
 }
+
+#[test]
+fn the_camera_keeps_the_intrinsics_of_the_path_that_it_leaves() {
+    let head = "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z,fx,width,height\n";
+    let path = format!("{head}1,0,2,6,0,0.8,0,150,70,50\n5,2,2,5,0,0.8,0,150,70,50\n");
+    let fly = Fly::start(Some(&path), &[]);
+    let mut page = fly.page();
+    page.ask(json!({ "t": "frame", "frame": 1 }));
+    let (on, with_path) = page.picture(true);
+    page.ask(json!({ "t": "view", "camera": on["camera"] }));
+    let (off, without) = page.picture(true);
+    assert_eq!((&on["on_path"], &off["on_path"]), (&json!(true), &json!(false)));
+    assert_eq!(on["lens"], off["lens"]);
+    let [a, b] = [with_path, without].map(|png| image::load_from_memory(&png).expect("a PNG").into_rgb8());
+    let far = a.iter().zip(b.iter()).filter(|(a, b)| a.abs_diff(**b) > 8).count();
+    assert!(far * 50 < a.len(), "{far} of {}", a.len());
+    // And has the lens of the scene at home.
+    page.ask(json!({ "t": "home" }));
+    assert!(page.picture(false).0["lens"] != on["lens"]);
+}
