@@ -33,7 +33,7 @@ class Frame(Dict[str, np.ndarray]):
 
     @property
     def number(self) -> int:
-        """The number of the frame or view, from 1."""
+        """The number of the frame, or of the view from 1."""
         return int(self.metadata["batch-render/frame"])
 
 

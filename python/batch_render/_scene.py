@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import json
 import os
 import shutil
@@ -23,7 +24,7 @@ class Scene:
     def __init__(self, data: Mapping[str, Any], folder: Union[str, "os.PathLike[str]"] = ".") -> None:
         self.data: dict[str, Any] = _plain(data)
         self.folder = Path(folder)
-        self._meshes: Optional[Path] = None
+        self._meshes: Optional[_Meshes] = None
 
     def add_mesh(
         self,
@@ -61,19 +62,31 @@ class Scene:
         if faces.min() < 0 or faces.max() >= count:
             raise ValueError(f"triangles: a number is not one of {count} vertices")
         objects = self.data.setdefault("object", [])
-        path = self._folder_of_meshes() / f"{len(objects)}.ply"
+        if self._meshes is None:
+            self._meshes = _Meshes()
+        path = self._meshes.next_file()
         _write_ply(path, names, np.hstack(columns), faces)
         objects.append({"name": name, "material": material, "shape": {"mesh": {"file": str(path)}}, **_plain(settings)})
 
     def toml(self) -> str:
-        """Returns the scene file as text. It names the files of meshes from arrays, which exist as long as the scene does."""
+        """Returns the scene file as text. It names the files of meshes from arrays, which exist as long as the scene or a copy does."""
         return "".join(f"{_key(key)} = {_value(value)}\n" for key, value in self.data.items())
 
-    def _folder_of_meshes(self) -> Path:
-        if self._meshes is None:
-            self._meshes = Path(tempfile.mkdtemp(prefix="batch-render-"))
-            weakref.finalize(self, shutil.rmtree, self._meshes, ignore_errors=True)
-        return self._meshes
+
+class _Meshes:
+    """A folder of mesh files, which a scene shares with its copies. It goes with the last of them."""
+
+    def __init__(self) -> None:
+        self._folder = Path(tempfile.mkdtemp(prefix="batch-render-"))
+        self._numbers = itertools.count()
+        weakref.finalize(self, shutil.rmtree, self._folder, ignore_errors=True)
+
+    def __deepcopy__(self, memo: dict[int, Any]) -> _Meshes:
+        return self
+
+    def next_file(self) -> Path:
+        """Returns the path of a file that no mesh has yet."""
+        return self._folder / f"{next(self._numbers)}.ply"
 
 
 def _array(values: Any, width: int, what: str) -> np.ndarray:
