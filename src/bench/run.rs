@@ -5,6 +5,7 @@ use std::{borrow::Cow, path::PathBuf, sync::Arc, time::Instant};
 use super::{Buffers, BuildRow, Cell, RayKind, Report, tracer::Tracer};
 use crate::{
     accel::{self, AccelKind, Accelerator, BuildOptions, RayCost},
+    error::Blame,
     geometry::{BuildError, Geometry},
     math::{Ray, parallel, sorting},
     native::{Embree, EmbreeError, EmbreeQuality},
@@ -41,6 +42,16 @@ pub enum Error {
     Embree(#[from] EmbreeError),
     #[error("the camera sees nothing that could be measured")]
     NothingSeen,
+}
+
+impl Error {
+    /// Who must act.
+    pub fn blame(&self) -> Blame {
+        match self {
+            Self::Embree(_) => Blame::MissingInput,
+            Self::Build(_) | Self::NothingSeen => Blame::Data,
+        }
+    }
 }
 
 /// The largest number of primitive tests of a linear cell in one repetition: some tenths of a

@@ -1,6 +1,9 @@
 //! Exit codes, by which farms decide what to do next. They follow sysexits.h if it has a code for the case.
 
-use batch_render::error::{Blame, Error};
+use batch_render::{
+    bench,
+    error::{Blame, Error},
+};
 
 use super::{failures::FramesFailed, scene_failures::ScenesFailed, signals, stream::PipeClosed};
 
@@ -36,7 +39,10 @@ pub fn code(error: &anyhow::Error) -> u8 {
     }
     let blame = match error.downcast_ref::<FramesFailed>() {
         Some(failed) => failed.blame,
-        None => error.downcast_ref::<Error>().map(Error::blame),
+        None => error
+            .downcast_ref::<Error>()
+            .map(Error::blame)
+            .or_else(|| error.downcast_ref::<bench::Error>().map(bench::Error::blame)),
     };
     let Some(blame) = blame else { return OTHER };
     match blame {

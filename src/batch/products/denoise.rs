@@ -261,6 +261,14 @@ fn files(request: &DenoiseRequest) -> Result<BTreeMap<i32, PathBuf>, Error> {
             found => Ok(found.unwrap_or_default()),
         };
     }
+    if request
+        .frames
+        .as_ref()
+        .is_some_and(|frames| frames.iter().nth(1).is_some())
+    {
+        let message = "--range: one file has one frame; a name with a field, such as f.####.exr, names several";
+        return Err(Error::Usage(format!("{message}: {}", input.as_str())));
+    }
     let asked = request.frames.as_ref().map(FrameRange::first);
     let asked = asked.and_then(|frame| i32::try_from(frame).ok());
     let frame = match asked.or_else(|| input.number()) {
