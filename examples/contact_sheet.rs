@@ -1,8 +1,8 @@
 //! A contact sheet for the eye: each model of a folder beside its reference pictures, in one PNG file.
 //! `cargo run --release --example contact_sheet -- FOLDER OUT.png [PART OF A NAME]`.
 //!
-//! A model's references are the picture of its own name beside it, the first picture in a folder `screenshot` one or two
-//! folders above it, and one of a path tracer in `FOLDER/refs/goldens`, in a folder of the model's name. Lights and cameras
+//! A model's references are the picture of its own name beside it, the first picture in a folder `screenshot` beside it or up
+//! to two folders above, and one of a path tracer in `FOLDER/refs/goldens`, in a folder of the model's name. Lights and cameras
 //! of the references are not known: flat models are seen from the front, others from the front, right and above.
 
 #[path = "lettering/lettering.rs"]

@@ -41,24 +41,36 @@ fn main() -> Result<(), Box<dyn Error>> {
         ..ModelChoice::default()
     };
     let model = Store::default().model(&ModelRequest { path, choice })?;
-    let (mut out, mut first, mut first_uv) = (BufWriter::new(stdout().lock()), 1, 1);
+    let mut out = BufWriter::new(stdout().lock());
+    let (mut first, mut first_uv, mut first_normal) = (1, 1, 1);
     for part in &model.instances {
         let mesh = &model.meshes[part.mesh];
-        for (p, n) in mesh.positions.iter().zip(&mesh.normals) {
+        for p in &mesh.positions {
             let p = part.model_from_mesh.transform_point3(p.as_dvec3());
-            writeln!(out, "v {} {} {}\nvn {} {} {}", p.x, p.y, p.z, n.x, n.y, n.z)?;
+            writeln!(out, "v {} {} {}", p.x, p.y, p.z)?;
+        }
+        let normals_to_model = part.model_from_mesh.matrix3.inverse().transpose();
+        for n in &mesh.normals {
+            let n = (normals_to_model * n.as_dvec3()).normalize_or_zero();
+            writeln!(out, "vn {} {} {}", n.x, n.y, n.z)?;
         }
         for uv in &mesh.uvs {
             writeln!(out, "vt {} {}", uv.x, uv.y)?;
         }
         for corners in &mesh.triangles {
-            let [a, b, c] = corners.map(|v| v + first).map(|v| match mesh.uvs.is_empty() {
-                true => format!("{v}//{v}"),
-                false => format!("{v}/{}/{v}", v - first + first_uv),
+            let [a, b, c] = corners.map(|v| {
+                let (p, uv, n) = (v + first, v + first_uv, v + first_normal);
+                match (mesh.uvs.is_empty(), mesh.normals.is_empty()) {
+                    (true, true) => format!("{p}"),
+                    (false, true) => format!("{p}/{uv}"),
+                    (true, false) => format!("{p}//{n}"),
+                    (false, false) => format!("{p}/{uv}/{n}"),
+                }
             });
             writeln!(out, "f {a} {b} {c}")?;
         }
         first_uv += mesh.uvs.len() as u32;
+        first_normal += mesh.normals.len() as u32;
         first += mesh.positions.len() as u32;
     }
     out.flush()?;
