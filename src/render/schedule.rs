@@ -201,14 +201,13 @@ mod tests {
     #[test]
     fn a_limit_of_time_is_kept_by_the_pace_so_far_and_leaves_one_sample_at_least() {
         let seconds = Duration::from_secs;
-        let next = |limit, done, elapsed| {
-            next_round(
-                &SampleBudget::fixed(64).within(seconds(limit)),
-                false,
-                done,
-                seconds(elapsed),
-            )
+        let round = |samples: u32, are_fixed: bool| {
+            move |limit, done, elapsed| {
+                let budget = SampleBudget::fixed(samples).within(seconds(limit));
+                next_round(&budget, are_fixed, done, seconds(elapsed))
+            }
         };
+        let next = round(64, false);
         assert_eq!(next(0, 0, 0), Some(0..1));
         assert_eq!(next(0, 1, 5), None);
         // Two samples in 2 s leave time for 8 more, but rounds double.
@@ -218,14 +217,7 @@ mod tests {
         assert_eq!(next(100, 40, 4), Some(40..56));
         assert_eq!(next(100, 56, 4), Some(56..64));
         assert_eq!(next(100, 64, 4), None);
-        let fixed = |limit, done, elapsed| {
-            next_round(
-                &SampleBudget::fixed(60).within(seconds(limit)),
-                true,
-                done,
-                seconds(elapsed),
-            )
-        };
+        let fixed = round(60, true);
         assert_eq!((fixed(10, 2, 2), fixed(10, 8, 8)), (Some(2..4), None));
         assert_eq!((fixed(100, 40, 4), fixed(100, 56, 4)), (Some(40..56), Some(56..60)));
     }

@@ -351,3 +351,26 @@ fn a_job_that_ends_at_a_failed_frame_lists_no_frame_that_it_did_not_render() {
     folder.fail(1, &[&job[..], &["--skip-existing"]].concat());
     assert_eq!(frames(&folder, "out/transforms.json"), [1, 2, 4, 5]);
 }
+
+#[test]
+fn cameras_of_two_models_are_refused_before_the_first_ray() {
+    let folder = folder();
+    let camera = |frame: u32, model: &str| {
+        json!({ "frame": frame, "camera_model": model, "fl_x": 70, "w": 70, "h": 50, "k1": 0.01,
+            "transform_matrix": [[1, 0, 0, 0], [0, 1, 0, 1], [0, 0, 1, 6], [0, 0, 0, 1]] })
+    };
+    let job = [&["s.toml", "--frames", "c.json"], &JOB[3..]].concat();
+    for (other, is_common) in [("PINHOLE", true), ("OPENCV_FISHEYE", false)] {
+        let cameras = json!({ "frames": [camera(1, "OPENCV"), camera(2, other)] });
+        folder.write("c.json", &cameras.to_string());
+        if is_common {
+            folder.succeed(&job);
+            assert_eq!(frames(&folder, "out/transforms.json"), [1, 2]);
+        } else {
+            let said = folder.fail(2, &[&job[..], &["--overwrite"]].concat());
+            assert!(said.contains("one camera model for all frames"), "{said}");
+            // Each model by itself.
+            folder.succeed(&[&job[..], &["--range", "2"]].concat());
+        }
+    }
+}

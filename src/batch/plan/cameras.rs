@@ -368,12 +368,15 @@ impl<'a> OwnCamera<'a> {
 
     /// Whether every point of a picture of this size has a camera ray in all these frames.
     fn fills_film(&self, frames: &RangeInclusive<i64>, film: FilmSize) -> bool {
-        // Only values change the lens.
-        let most = if self.moving.is_some() { usize::MAX } else { 1 };
-        counted(frames).take(most).all(|time| match self.at(time) {
+        let fills = |time: f64| match self.at(time) {
             Ok(Some(camera)) => Camera::new(&camera.pose, &camera.lens, film).fills_film(),
             Ok(None) | Err(_) => true,
-        })
+        };
+        // Only values change the lens.
+        match self.moving {
+            Some(_) => counted(frames).all(fills),
+            None => fills(*frames.start() as f64),
+        }
     }
 
     /// The camera of a frame. Where the scene moves, it has those of the frames around it beside it.

@@ -14,6 +14,7 @@
 use std::path::{Path, PathBuf};
 
 use crate::{
+    assets::camera_path::transforms::model_name,
     camera::{CalibratedView, FrameCamera, ViewDistortion},
     error::Error,
     kind::named,
@@ -54,11 +55,39 @@ impl Sidecar {
 /// Checks whether the files can be made for these cameras.
 pub(in crate::batch) fn check<'a>(
     sidecars: &[Sidecar],
-    mut cameras: impl Iterator<Item = &'a FrameCamera>,
+    cameras: impl Iterator<Item = &'a FrameCamera>,
 ) -> Result<(), Error> {
     match sidecars.contains(&Sidecar::Transforms) {
-        true => cameras.try_for_each(|camera| calibrated(camera).map(drop)),
+        true => camera_model(cameras).map(drop),
         false => Ok(()),
+    }
+}
+
+/// The `camera_model` of a file with these cameras.
+///
+/// # Errors
+/// A camera has no model, or they have no common one.
+pub(super) fn camera_model<'a>(cameras: impl Iterator<Item = &'a FrameCamera>) -> Result<&'static str, Error> {
+    let mut common = None;
+    for camera in cameras {
+        let model = model_name(&calibrated(camera)?.distortion);
+        let joined = common.map_or(Some(model), |common| common_model(common, model));
+        common = Some(joined.ok_or_else(|| {
+            let message = "--metadata transforms: readers take one camera model for all frames, and some of these are fisheyes: \
+                           render those by themselves, into a folder of their own";
+            Error::Usage(message.to_owned())
+        })?);
+    }
+    Ok(common.unwrap_or(model_name(&ViewDistortion::None)))
+}
+
+/// The camera model of a file with frames of both: OPENCV has PINHOLE as a special case. `None` if readers of either would take some
+/// frames wrong.
+pub(super) fn common_model<'a>(a: &'a str, b: &'a str) -> Option<&'a str> {
+    match (a, b) {
+        _ if a == b => Some(a),
+        ("PINHOLE", "OPENCV") | ("OPENCV", "PINHOLE") => Some("OPENCV"),
+        _ => None,
     }
 }
 

@@ -4,12 +4,15 @@ use std::{collections::HashSet, fs, io, path::Path};
 
 use serde::de::DeserializeOwned;
 
-use super::{draws::draws, metadata::calibrated};
+use super::{
+    draws::draws,
+    metadata::{calibrated, camera_model, common_model},
+};
 use crate::{
     assets::camera_path::{
         keys::Intrinsics,
         still::Still,
-        transforms::{CONVENTIONS, Frame, Transforms, model_name},
+        transforms::{CONVENTIONS, Frame, Transforms},
     },
     batch::{
         CameraRig, Fingerprint, InputHash, Plan, PlannedFrame,
@@ -47,17 +50,6 @@ fn is_of_job(plan: &Plan, inputs: InputHash, frame: &PlannedFrame) -> bool {
     })
 }
 
-/// The camera model of a file whose frames have these, of which OPENCV has PINHOLE as a special case; `None` if readers of one model
-/// would take some of them wrong.
-fn common_model<'a>(mut models: impl Iterator<Item = &'a str>) -> Option<&'a str> {
-    let first = models.next()?;
-    models.try_fold(first, |model, next| match (model, next) {
-        _ if model == next => Some(model),
-        ("PINHOLE", "OPENCV") | ("OPENCV", "PINHOLE") => Some("OPENCV"),
-        _ => None,
-    })
-}
-
 /// The file of a job, of whose own frames those in `done` are on disk.
 pub(super) fn of_job(
     (plan, inputs): (&Plan, InputHash),
@@ -77,17 +69,7 @@ pub(super) fn of_job(
             ..own
         })
     };
-    let distortion = |frame| calibrated(&rig.camera(plan, frame)).map(|view| view.distortion);
-    let distortions = plan
-        .all_frames()
-        .iter()
-        .map(distortion)
-        .collect::<Result<Vec<_>, _>>()?;
-    let model = common_model(distortions.iter().map(model_name)).ok_or_else(|| {
-        let message =
-            "--metadata transforms: readers take one camera model for all frames, and some are those of a fisheye";
-        Error::Usage(message.to_owned())
-    })?;
+    let model = camera_model(plan.all_frames().iter().map(|frame| &frame.camera))?;
     let own: HashSet<i32> = plan.frames.iter().map(|frame| frame.number).collect();
     let is_listed = |frame: &&PlannedFrame| match own.contains(&frame.number) {
         true => done.contains(&frame.number),
@@ -123,7 +105,7 @@ pub(super) fn read<T: DeserializeOwned>(path: &Path) -> Result<Option<T>, String
 /// Adds the frames of other parts of the same sequence, in rising order, if the job is a part of it. Frames of this job replace
 /// theirs. Warns of pictures of other jobs that are there and that the file lists no more.
 pub(super) fn join(own: &mut Transforms, others: Transforms, plan: &Plan, path: &Path) {
-    let model = common_model([&*own.camera_model, &*others.camera_model].into_iter()).map(str::to_owned);
+    let model = common_model(&own.camera_model, &others.camera_model).map(str::to_owned);
     if plan.is_chunk
         && let Some(why) = difference(own, &others, model.is_some())
     {

@@ -90,7 +90,7 @@ struct HashedInputs {
 
 /// All that the picture of a frame depends on. Its JSON is hashed, which is the same text on every machine. A field or variant that
 /// is renamed or moved gives the frames that have it other fingerprints, so that finished ones are rendered again. So does a new
-/// field, but for frames where it is skipped as `None` or empty.
+/// field, but for frames where it is skipped as `None`, `false` or empty.
 #[derive(Serialize)]
 struct Hashed<'a> {
     picture_version: u32,
