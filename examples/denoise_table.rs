@@ -61,7 +61,7 @@ fn main() -> Result<(), Failure> {
     let mut args = std::env::args().skip(1);
     let home = PathBuf::from(args.next().ok_or("give a folder for the rendered frames")?);
     let library = args.next().map(PathBuf::from);
-    let mut worst = 0.0_f64;
+    let mut changes = Vec::new();
     println!("| scene | camera | 8 samples | 16 | 64 | 256 |\n|---|---|---|---|---|---|");
     for name in SCENES {
         let scene = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("scenes/{name}.toml"));
@@ -73,7 +73,7 @@ fn main() -> Result<(), Failure> {
                 let input = folder.join(format!("{camera}/{samples}/f.####.exr"));
                 let own = clean(&input, FilterKind::NonLocalMeans, &reference)?;
                 let noisy = error(&frame_path(&input), &reference)?;
-                worst = worst.max(own / noisy);
+                changes.push(own / noisy);
                 write!(row, " {noisy:.5} {:.2}", own / noisy)?;
                 if library.is_some() {
                     let filter = FilterKind::Oidn {
@@ -86,8 +86,10 @@ fn main() -> Result<(), Failure> {
             println!("{row}");
         }
     }
+    let worst = changes.iter().copied().fold(0.0, f64::max);
     println!("\nThe error after, in parts of that before, is at most {worst:.3}.");
-    if worst <= MOST {
+    // No number is not at most another one.
+    if changes.iter().all(|change| *change <= MOST) {
         Ok(())
     } else {
         Err("an error was raised".into())

@@ -172,6 +172,6 @@ def _send(pipe: IO[bytes], text: str) -> None:
     try:
         with pipe:
             pipe.write(text.encode())
-    except BrokenPipeError:
-        # The program has ended before it read the scene; its exit code says why.
+    except OSError:
+        # The program has ended before it read the scene; its exit code says why. Windows calls it an invalid argument.
         pass

@@ -57,13 +57,12 @@ pub fn page(report: &Report) -> String {
     out.push_str(&chart(&bars, "milliseconds"));
     out.push_str("<table><tr><th>structure</th><th>ms</th><th>ns a triangle</th><th>bytes a triangle</th></tr>\n");
     for b in &report.build {
-        let bytes = figure(b.bytes_per_triangle, 1);
+        let [ns, bytes] = [figure(b.ns_per_triangle, 0), figure(b.bytes_per_triangle, 1)];
         let _ = writeln!(
             out,
-            "<tr><td>{}</td><td>{:.1}</td><td>{:.0}</td><td>{bytes}</td></tr>",
+            "<tr><td>{}</td><td>{:.1}</td><td>{ns}</td><td>{bytes}</td></tr>",
             escape(&b.accel),
-            b.ms,
-            b.ns_per_triangle
+            b.ms
         );
     }
     out.push_str("</table>\n</body></html>\n");

@@ -30,8 +30,9 @@ pub struct BuildRow {
     pub accel: String,
     /// Median of the repetitions.
     pub ms: f64,
-    pub ns_per_triangle: f64,
-    /// Memory of the structure without the vertices; `None` if it is unknown.
+    /// `None` in a scene without triangles.
+    pub ns_per_triangle: Option<f64>,
+    /// Memory of the structure without the vertices; `None` if it is unknown, or in a scene without triangles.
     pub bytes_per_triangle: Option<f64>,
 }
 
@@ -116,7 +117,7 @@ impl Report {
             rows.push(vec![
                 b.accel.clone(),
                 format!("{:.1}", b.ms),
-                format!("{:.0}", b.ns_per_triangle),
+                figure(b.ns_per_triangle, 0),
                 figure(b.bytes_per_triangle, 1),
             ]);
         }

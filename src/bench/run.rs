@@ -149,7 +149,8 @@ fn build(
             }
         }
     }
-    let per_triangle = |v: f64| v / geometry.triangles.len().max(1) as f64;
+    let triangles = geometry.triangles.len() as f64;
+    let per_triangle = |v: f64| (triangles > 0.0).then(|| v / triangles);
     let rows = builders.iter().zip(times.iter_mut().zip(&bytes));
     let rows = rows.map(|((name, _), (times, bytes))| {
         let ms = median(times);
@@ -157,7 +158,7 @@ fn build(
             accel: (*name).to_owned(),
             ms,
             ns_per_triangle: per_triangle(ms * 1e6),
-            bytes_per_triangle: bytes.map(|b| per_triangle(b as f64)),
+            bytes_per_triangle: bytes.and_then(|b| per_triangle(b as f64)),
         }
     });
     Ok((rows.collect(), kept))

@@ -3,11 +3,11 @@
 use std::{path::PathBuf, sync::Arc, time::SystemTime};
 
 use super::{
-    camera::ViewCamera, canvas::Canvas, input_files::InputFiles, keyframes::Keyframes, look::Look, message::Hello,
-    options::ViewerOptions, shown::Shown,
+    camera::ViewCamera, canvas::Canvas, input_files::InputFiles, look::Look, message::Hello, options::ViewerOptions,
+    shown::Shown,
 };
 use crate::{
-    assets::Files,
+    assets::{Files, SuppliedFile},
     batch::{InputHash, Job, Plan, Request},
     camera::{CameraDesc, FilmSize, Lens, LensOverrides, LookAt, path::CameraPath},
     error::Error,
@@ -31,20 +31,20 @@ pub struct Source {
 }
 
 impl Source {
-    /// Loads the scene and the camera path, and collects the warnings about them in `warnings`.
-    pub fn load(&self, warnings: Warnings) -> Result<(Base, Keyframes), Error> {
-        let mut request = Request {
+    /// Loads the scene with this camera path, if there is one, and collects the warnings about them in `warnings`.
+    pub fn load(&self, path: Option<SuppliedFile>, warnings: Warnings) -> Result<Base, Error> {
+        let request = Request {
             warnings,
+            camera_path: path.as_ref().map(|(file, _)| file.clone()),
             ..self.request.clone()
         };
-        let camera_path = &self.options.camera_path;
-        let mut keyframes = Keyframes::open(camera_path, &request)?;
-        // A job cannot read a file without keys.
-        request.camera_path = keyframes.has_keys().then(|| camera_path.clone());
         let begun = SystemTime::now();
-        let job = Job::open(&self.scene, &request)?;
+        let with_path = Request {
+            supplied: path.clone(),
+            ..request.clone()
+        };
+        let job = Job::open(&self.scene, &with_path)?;
         let mut scene = Arc::new(job.compile()?);
-        keyframes.set_scene_timing(job.desc.timing);
         let plan = match job.plan.picture.metering_camera {
             Some(_) if job.moves() => {
                 let compiled = Arc::as_ptr(&scene);
@@ -63,10 +63,10 @@ impl Source {
         background.visible &= !plan.values.as_ref().is_some_and(|values| values.hides_background());
         let mut manifest = job.files().manifest();
         // The session asks before it saves over a camera path that has changed.
-        manifest.retain(|(path, _)| path != camera_path);
+        manifest.retain(|(path, _)| *path != self.options.camera_path);
         let camera = job.desc.camera.as_ref().map(|camera| camera.get_ref());
         let compiled = camera.and_then(|camera| camera.compile().ok());
-        let base = Base {
+        Ok(Base {
             step: step_of(&scene),
             groups: scene.shading.light_groups.names().to_vec(),
             background,
@@ -76,10 +76,10 @@ impl Source {
             lens: compiled.map_or_else(Lens::default, |camera| camera.lens),
             home: camera.map(CameraDesc::view),
             plan: Arc::new(plan),
+            path,
             job,
             request,
-        };
-        Ok((base, keyframes))
+        })
     }
 }
 
@@ -92,6 +92,8 @@ pub struct Base {
     groups: Vec<String>,
     /// The background, visible if it is so in all frames.
     background: Background,
+    /// The camera path with which it was loaded.
+    pub path: Option<SuppliedFile>,
     pub request: Request,
     /// The hash of all that was loaded.
     pub inputs: InputHash,
@@ -160,7 +162,9 @@ impl Base {
         let mut desc = self.job.desc.with(&request.overrides)?;
         // The values are those that were read with the scene.
         (desc.values, desc.random) = (None, None);
-        let mut plan = Plan::new(&desc, &request, &Files::default())?;
+        // The file on disk may have changed.
+        let inputs = Files::default().with_supplied(self.path.clone());
+        let mut plan = Plan::new(&desc, &request, &inputs)?;
         plan.values = self.plan.values.clone();
         Ok(plan)
     }
@@ -189,7 +193,8 @@ impl Base {
         let moved = || {
             let camera = self.job.camera(f64::from(frame)).ok()??;
             let lens = camera.lens.parameters();
-            let lens = if lens == self.lens.parameters() {
+            // A view cannot give the angle of a wide fisheye, and keeps the lens.
+            let lens = if lens == self.lens.parameters() || lens.flaw().is_some() {
                 LensOverrides::default()
             } else {
                 lens

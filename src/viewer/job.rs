@@ -1,6 +1,7 @@
 //! The batch job of a page, in this process, with its own threads, scene and files.
 
 use std::{
+    panic::{self, AssertUnwindSafe},
     sync::{Arc, Mutex, MutexGuard},
     thread,
     time::{Duration, Instant},
@@ -36,16 +37,15 @@ pub fn start(session: &Arc<Session>) -> Result<(), String> {
         return Err("a job is running already".to_owned());
     }
     let cancel = Arc::new(Cancel::default());
-    let facts = JobFacts {
-        t: "job",
-        state: "loading",
-        ..JobFacts::default()
-    };
-    session.job.send_replace(facts);
     let work = {
         let (session, cancel) = (Arc::clone(session), Arc::clone(&cancel));
         move || {
-            let done = run(&session, &request, &cancel);
+            session.job.send_replace(JobFacts {
+                t: "job",
+                state: "loading",
+                ..JobFacts::default()
+            });
+            let done = panic::catch_unwind(AssertUnwindSafe(|| run(&session, &request, &cancel)));
             finish(&session, done);
         }
     };
@@ -76,12 +76,13 @@ fn run(session: &Session, request: &Request, cancel: &Cancel) -> Result<Summary,
     })
 }
 
-fn finish(session: &Session, done: Result<Summary, Error>) {
+fn finish(session: &Session, done: thread::Result<Result<Summary, Error>>) {
     session.job.send_modify(|facts| {
         (facts.state, facts.text) = match done {
-            Ok(summary) => ("done", done_text(summary.rendered, summary.wall)),
-            Err(error) if error.blame() == Blame::Cancelled => ("cancelled", String::new()),
-            Err(error) => ("failed", error.messages().join("\n")),
+            Ok(Ok(summary)) => ("done", done_text(summary.rendered, summary.wall)),
+            Ok(Err(error)) if error.blame() == Blame::Cancelled => ("cancelled", String::new()),
+            Ok(Err(error)) => ("failed", error.messages().join("\n")),
+            Err(_) => ("failed", "a fault of the program: see its output".to_owned()),
         };
     });
 }

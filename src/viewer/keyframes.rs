@@ -9,9 +9,8 @@ use std::{
 
 use crate::{
     assets::{
-        Files,
+        Files, SuppliedFile,
         camera_path::{CameraPathError, CameraPathFormat, CameraPathOptions, EditError, PathDocument, PathProblem},
-        files::ContentHash,
     },
     batch::Request,
     camera::{
@@ -30,7 +29,7 @@ pub struct Keyframes {
     path: Option<Arc<CameraPath>>,
     scene_timing: Timing,
     /// The content of the file when it was last read or saved; `None` if there was none.
-    on_disk: Option<ContentHash>,
+    on_disk: Option<Arc<[u8]>>,
     is_changed: bool,
 }
 
@@ -95,7 +94,7 @@ impl Keyframes {
             ));
         }
         self.document = document;
-        self.on_disk = Some(ContentHash::of(&bytes));
+        self.on_disk = Some(bytes);
         self.is_changed = false;
         self.renew();
         Ok(())
@@ -112,7 +111,7 @@ impl Keyframes {
             Err(error) if error.kind() == io::ErrorKind::NotFound => None,
             Err(error) => return Err(SaveError::Read(error)),
         };
-        if !force && former.as_deref().map(ContentHash::of) != self.on_disk {
+        if !force && former != self.on_disk {
             return Err(SaveError::Foreign);
         }
         atomic::check(&self.file)?;
@@ -121,7 +120,7 @@ impl Keyframes {
         }
         let bytes = self.document.to_bytes();
         atomic::write(&self.file, |out| Ok(out.write_all(&bytes)?))?;
-        self.on_disk = Some(ContentHash::of(&bytes));
+        self.on_disk = Some(bytes.into());
         self.is_changed = false;
         Ok(())
     }
@@ -154,6 +153,18 @@ impl Keyframes {
 
     pub fn has_keys(&self) -> bool {
         self.path.is_some()
+    }
+
+    /// The file as the keys are now, saved or not; `None` without keys.
+    pub fn file(&self) -> Option<SuppliedFile> {
+        let saved = self.on_disk.as_ref().filter(|_| !self.is_changed);
+        let bytes = || saved.map_or_else(|| self.document.to_bytes().into(), Arc::clone);
+        self.has_keys().then(|| (self.file.clone(), bytes()))
+    }
+
+    /// Whether another program has changed or removed the file.
+    pub fn has_changed_on_disk(&self) -> bool {
+        read(&self.file).ok() != self.on_disk
     }
 
     /// Whether there are unsaved edits.

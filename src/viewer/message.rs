@@ -6,6 +6,7 @@ use super::{
     camera::{LensNumbers, ViewCamera},
     look::Look,
 };
+use crate::camera::path::{Interp, PathKey};
 
 /// A message of a page. `seq` increases with each message that changes the view.
 #[derive(Debug, Deserialize)]
@@ -111,6 +112,20 @@ pub struct KeyFact {
     pub frame: f64,
     pub name: Option<String>,
     pub interp: &'static str,
+}
+
+impl KeyFact {
+    pub fn of(key: &PathKey) -> Self {
+        Self {
+            frame: key.frame,
+            name: key.name.clone(),
+            interp: match key.interp {
+                Interp::Smooth => "smooth",
+                Interp::Linear => "linear",
+                Interp::Step => "hold",
+            },
+        }
+    }
 }
 
 /// The change of the keys since the last message, so that an edit of one key sends this key only.

@@ -4,8 +4,8 @@ use std::time::Duration;
 
 use rayon::ThreadPoolBuilder;
 
-use super::session::Session;
-use crate::{error::Error, warnings::Warnings};
+use super::{keyframes::Keyframes, session::Session};
+use crate::{assets::SuppliedFile, error::Error, warnings::Warnings};
 
 /// The time between two looks at the files of the scene.
 const LOOK_EVERY: Duration = Duration::from_secs(1);
@@ -35,6 +35,13 @@ fn load(session: &Session, threads: usize) -> Result<(), Error> {
         .build()
         .map_err(|e| Error::threads("the threads that load the scene", &e))?;
     // The page shows the warnings of the scene that it has.
-    let (base, _) = pool.install(|| session.source.load(Warnings::default()))?;
+    let base = pool.install(|| session.source.load(path(session), Warnings::default()))?;
     session.replace(base)
+}
+
+/// The camera path on disk, whose columns may have new values of the scene; where there is none, that of the page.
+fn path(session: &Session) -> Option<SuppliedFile> {
+    let source = &session.source;
+    let on_disk = Keyframes::open(&source.options.camera_path, &source.request);
+    on_disk.ok().and_then(|keys| keys.file()).or_else(|| session.path())
 }

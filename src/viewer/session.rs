@@ -25,8 +25,9 @@ use super::{
     view::{Task, View},
 };
 use crate::{
+    assets::SuppliedFile,
     batch::{Plan, Request},
-    camera::path::{CameraPath, Interp, MAX_FRAME, PathError},
+    camera::path::{CameraPath, MAX_FRAME, PathError},
     error::Error,
     math::Vec2,
     render::Cancel,
@@ -71,7 +72,9 @@ pub struct Session {
 impl Session {
     /// Loads the scene and the camera path of `source`.
     pub fn open(source: Source) -> Result<Self, Error> {
-        let (base, keyframes) = source.load(source.request.warnings.clone())?;
+        let mut keyframes = Keyframes::open(&source.options.camera_path, &source.request)?;
+        let base = source.load(keyframes.file(), source.request.warnings.clone())?;
+        keyframes.set_scene_timing(base.job.desc.timing);
         let look = base.look();
         let plan = Arc::new(base.plan(&look)?);
         let (frame, path) = match keyframes.path() {
@@ -306,6 +309,11 @@ impl Session {
         if state.keyframes.is_changed() {
             return Err("save the keys before they are rendered".to_owned());
         }
+        if state.keyframes.has_keys() && state.keyframes.has_changed_on_disk() {
+            return Err(
+                "another program has changed the camera path: load or save it before it is rendered".to_owned(),
+            );
+        }
         let request = state.look.apply_changes(&state.first_look, &state.base.request);
         let camera_path = &self.source.options.camera_path;
         Ok(Request {
@@ -336,6 +344,12 @@ impl Session {
             facts.frame_error = text;
             is_news
         });
+    }
+
+    /// The camera path with its keys; without keys that with which the scene was loaded.
+    pub fn path(&self) -> Option<SuppliedFile> {
+        let state = self.lock();
+        state.keyframes.file().or_else(|| state.base.path.clone())
     }
 
     /// Asks for the scene to be loaded again.
@@ -438,17 +452,8 @@ impl Session {
 
     /// Sends the keys to all pages.
     fn tell_keys(&self, state: &State) {
-        let interp = |interp| match interp {
-            Interp::Smooth => "smooth",
-            Interp::Linear => "linear",
-            Interp::Step => "hold",
-        };
-        let keys = state.keyframes.keys().map(|key| KeyFact {
-            frame: key.frame,
-            name: key.name.clone(),
-            interp: interp(key.interp),
-        });
-        self.keys.send_replace(keys.collect());
+        self.keys
+            .send_replace(state.keyframes.keys().map(KeyFact::of).collect());
     }
 
     /// Sends changed facts to all pages.

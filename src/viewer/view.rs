@@ -25,7 +25,7 @@ pub struct View {
     pub camera: ViewCamera,
     /// The path that gives the camera at the frame; `None` for `camera` itself.
     pub path: Option<Arc<CameraPath>>,
-    /// The lens of the intrinsics of the path that the camera has left, in place of the scene's.
+    /// The lens of the path or of the moving camera that the camera has left, in place of the scene's.
     pub lens: Option<Lens>,
     /// Whether the camera is the scene's own, which values or animations move, where there is no path.
     pub is_home: bool,
@@ -39,13 +39,26 @@ impl View {
 
     /// The lens that the camera and paths override.
     pub fn lens(&self, base: &Base) -> Lens {
-        self.lens.filter(|_| self.path.is_none()).unwrap_or(base.lens)
+        let kept = match self.path {
+            Some(_) => None,
+            None if self.is_home => self.moved_lens(base),
+            None => self.lens,
+        };
+        kept.unwrap_or(base.lens)
     }
 
-    /// Takes the camera off the path, whose lens it keeps.
+    /// The lens of the scene's camera at the frame, if values or animations move that camera.
+    fn moved_lens(&self, base: &Base) -> Option<Lens> {
+        let at = || base.job.camera(f64::from(self.whole_frame())).ok().flatten();
+        base.job.moves_camera().then(at).flatten().map(|camera| camera.lens)
+    }
+
+    /// Takes the camera off the path or off that of the scene, whose lens it keeps.
     pub fn leave_path(&mut self, base: &Base) {
         if let Some(state) = self.path.take().and_then(|path| path.at(self.frame).ok()) {
             self.lens = Some(state.base(&base.lens));
+        } else if self.is_home {
+            self.lens = self.moved_lens(base);
         }
         self.is_home = false;
     }

@@ -196,6 +196,13 @@ fn the_scenes_own_camera_moves_with_its_table_until_the_user_moves_it() {
     follows(&mut page);
 }
 
+/// Asserts that less than a fiftieth of the numbers of two pictures differs.
+fn assert_similar(pictures: [Vec<u8>; 2]) {
+    let [a, b] = pictures.map(|png| image::load_from_memory(&png).expect("a PNG").into_rgb8());
+    let far = a.iter().zip(b.iter()).filter(|(a, b)| a.abs_diff(**b) > 8).count();
+    assert!(far * 50 < a.len(), "{far} of {}", a.len());
+}
+
 #[test]
 fn the_camera_keeps_the_intrinsics_of_the_path_that_it_leaves() {
     let head = "frame,eye_x,eye_y,eye_z,target_x,target_y,target_z,fx,width,height\n";
@@ -208,10 +215,32 @@ fn the_camera_keeps_the_intrinsics_of_the_path_that_it_leaves() {
     let (off, without) = page.picture(true);
     assert_eq!((&on["on_path"], &off["on_path"]), (&json!(true), &json!(false)));
     assert_eq!(on["lens"], off["lens"]);
-    let [a, b] = [with_path, without].map(|png| image::load_from_memory(&png).expect("a PNG").into_rgb8());
-    let far = a.iter().zip(b.iter()).filter(|(a, b)| a.abs_diff(**b) > 8).count();
-    assert!(far * 50 < a.len(), "{far} of {}", a.len());
+    assert_similar([with_path, without]);
     // And has the lens of the scene at home.
     page.ask(json!({ "t": "home" }));
     assert!(page.picture(false).0["lens"] != on["lens"]);
+}
+
+#[test]
+fn a_camera_wider_than_half_of_all_directions_is_flown_from_where_its_table_has_moved_it() {
+    let table = "frame, camera.fisheye.fov\n1, 200\n5, 300\n";
+    let scene = scene("values = \"table.csv\"", "shutter = [0, 0]");
+    let lens =
+        "perspective = { eye = [0, 2, 6], target = [0, 0.8, 0], fov = 40, aperture_radius = 0.05, focus_distance = 6 }";
+    let scene = scene.replace(lens, "fisheye = { eye = [0, 2, 6], target = [0, 0.8, 0] }");
+    let fly = Fly::of(&scene, &[("table.csv", table)], &[]);
+    let mut page = fly.page();
+    page.ask(json!({ "t": "frame", "frame": 5 }));
+    let (home, at_home) = page.picture(true);
+    page.ask(json!({ "t": "view", "camera": home["camera"] }));
+    let (away, flown) = page.picture(true);
+    assert_eq!(
+        (home["lens"]["fov"].as_f64(), &home["lens"]),
+        (Some(300.0), &away["lens"])
+    );
+    assert_similar([at_home, flown]);
+    let mut camera = home["camera"].clone();
+    camera["eye"][1] = json!(5);
+    page.ask(json!({ "t": "view", "camera": camera }));
+    assert_eq!(page.picture(true).0["camera"]["eye"][1], 5.0);
 }

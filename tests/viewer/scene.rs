@@ -75,3 +75,39 @@ fn a_scene_that_is_wrong_on_disk_is_said_to_be_so_and_the_old_one_stays() {
     let facts = scene(&mut page, |facts| facts["has_changed"] == false);
     assert_eq!(facts["error"], "");
 }
+
+#[test]
+fn a_camera_path_that_is_wrong_on_disk_leaves_the_page_its_keys() {
+    let (head, camera) = SMALL_SCENE.split_once("[camera]").expect("a table");
+    let (_, tail) = camera.split_once("[background]").expect("a table");
+    let fly = Fly::of(&format!("{head}[background]{tail}"), &[("path.csv", SMALL_PATH)], &[]);
+    let mut page = fly.page();
+    page.ask(json!({ "t": "frame", "frame": 3 }));
+    let old = page.picture(true).1;
+    fly.folder.write("path.csv", "frame\n");
+    page.send(&json!({ "t": "render" }));
+    let note = page.told("note");
+    assert!(
+        note["text"]
+            .as_str()
+            .is_some_and(|text| text.contains("another program")),
+        "{note}"
+    );
+    // The look needs a camera, and so does the scene when it is loaded again.
+    let mut look = page.facts["look"].clone();
+    look["exposure"] = json!(1.0);
+    page.ask(json!({ "t": "look", "look": look }));
+    assert!(page.picture(true).1 != old);
+    look["exposure"] = json!(0.0);
+    page.ask(json!({ "t": "look", "look": look }));
+    page.send(&json!({ "t": "reload" }));
+    let facts = self::scene(&mut page, |facts| facts["loads"] == 1 || facts["error"] != "");
+    assert_eq!(facts["error"], "", "{facts}");
+    page.ask(json!({ "t": "frame", "frame": 3 }));
+    assert_eq!(page.picture(true).1, old);
+    page.send(&json!({ "t": "save", "force": true }));
+    assert_eq!(page.told("note")["is_error"], false);
+    assert_eq!(fly.folder.read("path.csv"), SMALL_PATH.as_bytes());
+    page.send(&json!({ "t": "render" }));
+    while page.told("job")["state"] != "done" {}
+}
