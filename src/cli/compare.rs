@@ -216,6 +216,8 @@ impl Run<'_> {
         let Some(names) = &self.args.passes else {
             return Ok(true);
         };
+        // As `--aovs all`.
+        let names = if names == &["all"] { &[][..] } else { names };
         let passes = compare_passes([reference, test], names, self.args.limit, &self.files);
         let mut all_within = true;
         for ComparedPass { name, measures } in passes.map_err(CompareError::from).map_err(Error::from)? {

@@ -36,7 +36,7 @@ pub struct CompareArgs {
     #[arg(long, value_name = "X", default_value_t = 1.0 / 255.0, hide_default_value = true, value_parser = not_negative)]
     pub limit: f64,
 
-    /// Also compare the passes of EXR files, those of the list or all: depth,N,objectId
+    /// Also compare the passes of EXR files, those of the list, or `all`: depth,N,objectId
     ///
     /// Numbers are judged by --metric, or by `pixels` where that is flip or relmse; ids, also those of Cryptomatte, by
     /// the share of pixels that differ.

@@ -260,7 +260,8 @@ pub struct MaterialEntry {
 /// The pass `lightgroup_NAME` shows what the lights, the emitting objects and the background of a group add to the picture.
 ///
 /// Objects with a material that emits light, an environment map and a sky light the scene as well. Each shadow ray goes to one
-/// light, chosen by how much it may contribute, so thousands of lights cost about as much as ten. An infinite `plane` that
+/// light, chosen by how much it may bring to a matt surface, so thousands of lights cost about as much as ten. A smooth surface that
+/// mirrors a small one among many needs more samples: its highlight is found as rarely as that light is chosen. An infinite `plane` that
 /// emits light is found by chance only. Lights with a surface (`rect`, `disk`, `sphere`, `tube`, points and spots with a
 /// `radius`) cast soft shadows and block nothing; the camera sees them only where they say so. The `whitted` integrator samples
 /// lights differently: see its page.

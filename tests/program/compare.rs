@@ -155,6 +155,7 @@ fn passes_are_compared_by_numbers_and_ids_by_pixels() {
             .collect()
     };
     let same = lines(&["a.exr", "a.exr", "--passes"]);
+    assert_eq!(lines(&["a.exr", "a.exr", "--passes=all"]), same);
     let names: Vec<_> = same[1..]
         .iter()
         .map(|line| line["pass"].as_str().expect("a name"))

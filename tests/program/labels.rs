@@ -244,6 +244,38 @@ fn categories_are_named_after_what_the_flag_says() {
 }
 
 #[test]
+fn shadow_catchers_and_holdouts_are_no_categories() {
+    let folder = Folder::new();
+    let ball = |x: i32, more: &str| {
+        format!(
+            "[[object]]\nname = \"b{x}x\"\nmaterial = \"grey\"\nshape.sphere = {{ center = [{x}, 0, 0], radius = 1 }}\n{more}\n"
+        )
+    };
+    let balls = [ball(0, ""), ball(3, "shadow_catcher = true"), ball(6, "holdout = true")].concat();
+    let camera = "[camera]\nperspective = { eye = [3, 0, 12], target = [3, 0, 0] }\n";
+    folder.write(
+        "s.toml",
+        &format!("{camera}[material.grey]\nmatte = {{ albedo = 0.5 }}\n{balls}"),
+    );
+    let job = [
+        "s.toml",
+        "--metadata",
+        "coco",
+        "--resolution",
+        "32x24",
+        "--samples",
+        "1",
+        "-q",
+    ];
+    for kind in ["object", "file"] {
+        folder.succeed(&[&job[..], &["--categories", kind, "-o", &format!("{kind}/f.png")]].concat());
+        let file = json(&folder, &format!("{kind}/coco.json"));
+        assert_eq!(categories(&file), [("b0x", "b0x")], "{kind}");
+        assert_eq!(list(&file, "annotations").len(), 1, "{kind}");
+    }
+}
+
+#[test]
 fn an_object_of_two_materials_is_an_instance_of_each() {
     let folder = Folder::new();
     folder.write("m.mtl", "newmtl red\nKd 1 0 0\nnewmtl blue_2\nKd 0 0 1\n");

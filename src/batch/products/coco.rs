@@ -142,8 +142,10 @@ impl Instances {
         });
         let kind = plan.files.categories;
         let names = categories(kind, scene, &plan.files.scene);
-        let numbers: Vec<usize> = names.into_iter().map(|name| self.category(name)).collect();
         let parts = scene.mattes().parts();
+        let has_instances = |i: usize| kind == CategoryKind::Material || is_ordinary(scene, &parts[i]);
+        let numbered = |(i, name)| has_instances(i).then(|| self.category(name));
+        let numbers: Vec<Option<usize>> = names.into_iter().enumerate().map(numbered).collect();
         let found = instances(film, kind);
         let known = found.into_iter().filter(|((part, _), _)| {
             let part = parts.get(*part);
@@ -157,7 +159,7 @@ impl Instances {
             self.annotations.push(Annotation {
                 id: image_id * STRIDE + number as i64 + 1,
                 image_id,
-                category_id: numbers[of_kind],
+                category_id: numbers[of_kind].expect("ordinary parts have categories"),
                 object_id: part + 1,
                 object_name: scene.name_of(&parts[part]),
                 area: runs.area,
